@@ -1,8 +1,10 @@
 """The continuous model beside tests with a thread, and what one content says of others: docs/continuum.md.
 
 Reads folders of ``strength_thread.py``, and of larger samples of the same study. Cases that differ in their seed only are
-compared as ``lmgcpy continuum`` does. Then anchorage and gain are taken from the small samples with a content of 0.2 along
-the same axis, the gain less one by the content, and the other contents and sizes are predicted with them.
+compared as ``lmgcpy continuum`` does. A table gives the tension of links by the stretch that their span would have if it
+followed the sand, in the first and the last third of the tests. Then anchorage and gain are taken from the small samples
+with a content of 0.2 along the same axis, the gain less one by the content, and the other contents and sizes are predicted
+with them.
 
     python benchmarks/continuum_thread.py FOLDER...
 """
@@ -14,6 +16,7 @@ from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -21,14 +24,20 @@ from strength import CONTENT, GRAINS
 from strength_thread import CHANGES, USUAL
 from table import report
 
+from lmgcpy.continuum import spans_of
 from lmgcpy.errors import AXES
 from lmgcpy.experiment import CampaignFolder, StudyFolder
 from lmgcpy.experiment.continuum.comparison import Comparison, Prediction, compare, miss, predict
 from lmgcpy.experiment.continuum.wire import mean_anchorage
 from lmgcpy.experiment.study.engine import carry_out_study
 from lmgcpy.experiment.texsol.study import TexSolStudy
+from lmgcpy.io.run import open_run
+from lmgcpy.measure import wire_links
 
 MODELS = {"sand": "sand alone", "anchored": "anchored", "stronger": "stronger sand", "coulomb": "Mohr and Coulomb"}
+STRETCHES = (-0.04, -0.02, 0.0, 0.02, 0.04, 0.06, 0.08)
+FEWEST = 100
+"""Least number of links in a mean."""
 SOURCE = 800
 """Number of places of the wire in the samples from which the others are predicted."""
 
@@ -117,7 +126,7 @@ def row(group: Group, many: list[Prediction]) -> list:
 
 
 def measured(group: Group) -> list:
-    """What was measured in a group: spans, strengths, slip and gain."""
+    """Measured spans, strengths, slip and gain of a group."""
     found, d = group.found, np.mean(group.found.diameters)
     span = np.array([one.span for one in found.anchorages]) / d
     first, last = (np.array([one.strength[k] for one in found.anchorages]) / d**2 for k in (0, -1))
@@ -128,14 +137,44 @@ def measured(group: Group) -> list:
     return [group.name, f"{group.content:.2f}", *told[:3], f"{100 * slip:.1f}", told[3]]
 
 
+def by_stretch(group: Group) -> list:
+    """Mean tension over p d^2 of links by the affine stretch of their span, in the first and the last third of a test."""
+    tension, counts = np.zeros((2, len(STRETCHES) + 1)), np.zeros((2, len(STRETCHES) + 1))
+    for path, wire, anchorage in zip(group.paths, group.found.wires, group.found.anchorages, strict=True):
+        folder = StudyFolder(path, TexSolStudy)
+        result = carry_out_study(folder.read(), None, folder, resume=True)
+        record, spans = result.records[group.test], spans_of(wire.direction, wire.length, anchorage.span, wire.chain)
+        pressure = -np.trace(record.stress["sand"], axis1=1, axis2=2) / 3
+        with open_run(folder.run_file(group.test)) as run:
+            for frame in np.flatnonzero(run.steps > 0).tolist():
+                step = run.steps[frame] - 1
+                third = int(3.0 * step / run.steps[-1])
+                if third != 1:
+                    stretch = spans.products[:, :3] @ np.log(record.size[step] / result.sample.box)
+                    of = np.digitize(stretch, STRETCHES)
+                    links = wire_links(run, frame=frame).tension / (pressure[step] * result.sample.diameter**2)
+                    tension[third // 2] += np.bincount(of, links, len(STRETCHES) + 1)
+                    counts[third // 2] += np.bincount(of, minlength=len(STRETCHES) + 1)
+    rows = []
+    for when, sums, numbers in zip(("first", "last"), tension, counts, strict=True):
+        means = [f"{t / n:.2f}" if n >= FEWEST else "-" for t, n in zip(sums, numbers, strict=True)]
+        rows.append([group.name, f"{group.content:.2f}", when, *means])
+    return rows
+
+
 def main(folders: list[Path]) -> None:
-    """Print the three tables."""
+    """Print the tables."""
     every = sorted(groups(folders), key=lambda one: (one.study.grain_count, one.study.axes, not one.usual, one.content))
     head = ["test", "content", "samples", "scatter of seeds", *(f"{words}: q, volume off by" for words in MODELS.values())]
     head += ["the wire bears late [kPa]", "anchored", "in stronger sand"]
     strengths = ["span [d]", "strength at first [p d²]", "at the end", "slip at the end [%]", "gain in q/p"]
     report("continuum_thread", head, [row(group, group.found.predictions[group.test]) for group in every])
     report("continuum_thread_measured", ["test", "content", *strengths], [measured(group) for group in every])
+    ends = [f"{100 * low:.0f} to {100 * high:.0f} %" for low, high in pairwise(STRETCHES)]
+    ends = [f"below {100 * STRETCHES[0]:.0f}", *ends, f"above {100 * STRETCHES[-1]:.0f} %"]
+    usual = [group for group in every if group.usual and group.study.axes == ("z",)]
+    rows = [row for group in usual for row in by_stretch(group)]
+    report("continuum_thread_stretch", ["test", "content", "third", *ends], rows)
     sources = {
         group.study.axes: group
         for group in every

@@ -1,18 +1,18 @@
 """Sand after Mohr and Coulomb: it yields on the plane of its greatest and its least principal stress.
 
 With pressures ``p1 >= p2 >= p3``, the principal values of -sigma, the sand yields at ``p1 = N p3``. Friction and dilatancy
-are those of every :class:`~lmgcpy.continuum.sand.Sand`, given as q/p and as dilation per shear of a triaxial compression,
-in which p2 = p3::
+are given as for every :class:`~lmgcpy.continuum.Sand`, as q/p and as dilation per shear of a triaxial compression, in
+which p2 = p3::
 
     yield       p1 = N p3,  N = (3 + 2 M)/(3 - M) = (1 + sin phi)/(1 - sin phi)
     flow        d e1 = (1 - D/3) dgamma,  d e2 = 0,  d e3 = -(1 + 2 D/3) dgamma,  d kappa = dgamma
 
 e the compression of the plastic strain. If two principal stresses become equal, two planes yield and share the flow: along
-the edge of compressions (p2 = p3) the sum of e2 and e3 is what e3 alone was, along the edge of extensions (p1 = p2) the sum
-of e1 and e2. So a triaxial compression is that of Drucker and Prager's sand, to the last digit; between unequal lateral
-stresses this sand is weaker. The lost work ``p1 e1' + p3 e3'`` is not negative if D <= M, as ``N (1 - D/3) >= 1 + 2 D/3``
-then. Returns are those of de Souza Neto, Peric and Owen (Computational Methods for Plasticity, 2008, chapter 8), with the
-integral of D in the place of a constant dilatancy.
+the edge of compressions (p2 = p3) e2 and e3 together follow the rule of e3, along the edge of extensions (p1 = p2) e1 and
+e2 together that of e1. So a triaxial compression gives the same digits as Drucker and Prager's sand; between unequal
+lateral stresses this sand is weaker. The lost work ``p1 e1' + p3 e3'`` is not negative if D <= M, as
+``N (1 - D/3) >= 1 + 2 D/3`` then. Returns follow de Souza Neto, Peric and Owen (Computational Methods for Plasticity,
+2008, chapter 8), with the integral of D in the place of a constant dilatancy.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ SAME = 1e-12
 
 
 class Region(NamedTuple):
-    """Where a return ends: on a plane, or on one of its edges."""
+    """End of a return: a plane, or one of its edges."""
 
     most: np.ndarray
     """Parts of the principal directions in the compression of the flow, (3,)."""
@@ -64,8 +64,8 @@ more than one stress would belong to a strain."""
 @named_arguments
 @dataclass(frozen=True, repr=False)
 class MohrCoulomb(Sand):
-    """Sand in 3D that yields at the ratio of its greatest and least principal stress. Its arguments are those of every
-    :class:`~lmgcpy.continuum.sand.Sand`. At small shear it contracts by at most 3/2 of the shear, even if ``dilation *
+    """Sand in 3D that yields at the ratio of its greatest and least principal stress. It takes the arguments of every
+    :class:`~lmgcpy.continuum.Sand`. At small shear it contracts by at most 3/2 of the shear, even if ``dilation *
     turning`` is more. Raises ValueError for dimension 2, in which DruckerPrager is the same law."""
 
     steep: float = field(init=False, repr=False, compare=False)
@@ -95,7 +95,7 @@ class MohrCoulomb(Sand):
     def respond(self, increment: np.ndarray, stress: np.ndarray, kappa: float) -> SandResponse:
         """The sand after an increment of strain (m,) from a stress (m,) [Pa] and a plastic shear kappa.
 
-        The directions of the stress are those of the trial stress of an elastic step, as the sand is isotropic. The tangent
+        The stress has the directions of the trial stress of an elastic step, as the sand is isotropic. The tangent
         is the exact derivative of the stress. If no pressure is left, the stress and the tangent are zero.
         """
         trial = stress + self.elastic @ increment
@@ -124,8 +124,8 @@ class MohrCoulomb(Sand):
         return (3.0 + 2.0 * M) / (3.0 - M), 9.0 / (3.0 - M) ** 2 * self.slope(kappa)
 
     def _return(self, region: Region, trial: np.ndarray, kappa: float) -> tuple[float, np.ndarray] | None:
-        """The shear and the principal pressures at which ``r(gamma) = p1 - N p3`` vanishes, N at kappa + gamma, if the flow
-        is that of a region; None if no pressure is left.
+        """The shear and the principal pressures at which ``r(gamma) = p1 - N p3`` vanishes, N at kappa + gamma, if the sand
+        flows as in a region; nothing if no pressure is left.
 
         With the dilation V on the way, Lame's constant ``L = K - 2 G/3`` and the directions m, l of ``most`` and ``least``,
         ``p = trial + L V - 2 G (m (gamma - V/3) - l (gamma + 2 V/3))``. The interval ends where p1 is not above p3, or
@@ -157,9 +157,9 @@ class MohrCoulomb(Sand):
     def _tangent(self, region: Region, trial: np.ndarray, pressures: np.ndarray, kappa: float) -> np.ndarray:
         """The tangent in the principal directions, (6, 6), of a return that ends at ``kappa``.
 
-        The derivative of the residual gives dgamma by the trial pressures. The directions turn with those of the trial
-        stress: a shear strain of two directions has 2 G times the ratio of their differences of pressure after and before
-        the return.
+        The derivative of the residual gives dgamma by the trial pressures. The directions turn with the
+        trial stress: a shear strain of two directions has 2 G times the ratio of their differences of pressure after and
+        before the return.
         """
         G, (N, slope), rate = self.shear_modulus, self._ratio(kappa), self._rate(region, kappa)
         by_trial = N * region.mean[2] - region.mean[0]

@@ -156,8 +156,8 @@ class Sand(ABC):
 @named_arguments
 @dataclass(frozen=True, repr=False)
 class DruckerPrager(Sand):
-    """Sand that yields at ``q = M p``, whatever the intermediate principal stress. Its arguments are those of every
-    :class:`Sand`."""
+    """Sand that yields at ``q = M p``, whatever the intermediate principal stress. It takes the arguments of
+    every :class:`~lmgcpy.continuum.Sand`."""
 
     def respond(self, increment: np.ndarray, stress: np.ndarray, kappa: float) -> SandResponse:
         """The sand after an increment of strain (m,) from a stress (m,) [Pa] and a plastic shear kappa.

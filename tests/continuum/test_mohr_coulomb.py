@@ -16,7 +16,7 @@ from lmgcpy.continuum.tensors import identity
 
 
 def coulomb(**change):
-    """The same sand as Drucker and Prager's of test_sand."""
+    """A sand with the numbers of test_sand."""
     like = sand(3, **change)
     names = ("critical", "hardening", "peak", "peak_shear", "dilation", "turning", "bulk_modulus", "shear_modulus")
     return MohrCoulomb(3, **{name: getattr(like, name) for name in names})
@@ -104,7 +104,7 @@ def test_the_tangent_is_the_derivative(size):
 
 
 def test_the_tangent_where_two_pressures_are_equal():
-    """Where they are equal before the return as after it: on the edge of compressions they stay equal, so that a shear of
+    """If they are equal before and after the return: on the edge of compressions they stay equal, so that a shear of
     these two directions meets no resistance; a shear of the others meets G."""
     material = coulomb()
     path = triaxial(TexSol(material), -np.linspace(0.0, 0.02, 21)[1:], pressure=P)
@@ -150,7 +150,7 @@ def test_extension_and_plane_strain_have_the_same_friction_angle():
 
 @given(st.integers(0, 2**31), st.sampled_from([1e-5, 1e-3, 1e-2]), st.floats(0.0, 1.0))
 def test_flow_never_gains_work(seed, size, dilation):
-    """sigma . deps_p = p3 (N (gamma - V/3) - gamma - 2 V/3) for V, the integral of D, not more than that of M."""
+    """sigma . deps_p = p3 (N (gamma - V/3) - gamma - 2 V/3) for V, the integral of D, at most the integral of M."""
     rng = np.random.default_rng(seed)
     material = coulomb(dilation=dilation, turning=rng.uniform(0.0, 1.0), peak=rng.uniform(0.0, 0.8))
     compliance = np.linalg.inv(material.elastic)

@@ -326,7 +326,7 @@ def test_derivatives_while_wires_slip(anchorage, EA):
 
 
 def test_a_path_with_a_growing_anchorage_is_driven():
-    """The same stresses in 100 and in 400 increments of a triaxial test, to the order of increments of the sand."""
+    """100 and 400 increments of a triaxial test give the same stresses."""
     sand = DruckerPrager(
         3, critical=0.8, hardening=0.004, peak=0.0, peak_shear=0.03, dilation=0.8, turning=0.7,
         bulk_modulus=1e8, shear_modulus=1e8,

@@ -89,9 +89,9 @@ class Prediction:
     anchored: Curves
     """Spans that share a tension and slip."""
     stronger: Curves
-    """The same in sand whose friction is larger by a measured factor: see :func:`stronger`."""
+    """As before, in sand whose friction is larger by a measured factor: see :func:`stronger`."""
     coulomb: Curves | None = None
-    """The same again in sand after Mohr and Coulomb; None in 2D, where Drucker and Prager's is."""
+    """As before, in sand after Mohr and Coulomb; None in 2D, as Drucker and Prager's sand is of this kind there."""
 
     def judged(self) -> np.ndarray:
         """The moments at which the models are judged, (s,)."""
@@ -167,8 +167,8 @@ def axial_rigidity_of(law: str, study: Any, sample: Sample) -> float:
 
 
 def friction_gain(result: Any, name: str) -> float:
-    """By how much the sand of a test with a wire is stronger than in the test without: its q/p there over that here, mean
-    over the judged part. p and q are those of the contacts, without the wire's part of the stress."""
+    """By how much the sand of a test with a wire is stronger than in the test without: the ratio of both q/p, mean over
+    the judged part. p and q are of the contacts, without the wire's part of the stress."""
     ratios = []
     crushing = np.linspace(FIRST, 0.99, INCREMENTS) * -np.log(result.records[name].size / result.sample.box).min()
     for test in (name, _bare(result, name)):

@@ -315,7 +315,7 @@ def test_folders_are_kept_apart(tmp_path, here):
 
 
 def test_cases_can_be_added(tmp_path, here):
-    """The two that are there are kept, entry by entry; the folder is that of the larger campaign from then on."""
+    """The entries of the first two are kept, and the folder belongs to the larger campaign from then on."""
     small, large = (Campaign(slope.nothing, over={"number": range(n)}) for n in (2, 4))
     small.run(tmp_path / "out", **here)
     before = (tmp_path / "out" / "cases.jsonl").read_bytes()

@@ -75,7 +75,7 @@ def test_a_sample_without_a_wire_gets_a_sentence():
 
 
 def test_the_mean_of_what_was_measured():
-    """At every slip of both; beyond the last of one its last strength counts. Where the mean falls it is levelled."""
+    """At every slip of both; beyond the last of one its last strength counts. If the mean falls, it is levelled."""
     one = Anchorage(1.0, np.array([0.0, 0.02]), np.array([2.0, 4.0]))
     other = Anchorage(3.0, np.array([0.01, 0.04]), np.array([6.0, 3.0]))
     mean = mean_anchorage([one, other])
@@ -218,8 +218,8 @@ def test_a_study_is_predicted(study, tmp_path):
 
 @pytest.mark.long
 def test_what_is_measured_is_what_the_run_holds(study):
-    """Mean tension over the pressure of the sand, and the mean stretch of the spans less that of this tension, from the
-    interactions of the frames by hand."""
+    """Mean tension over the pressure of the sand, and the mean stretch of the spans less the stretch by this tension,
+    from the interactions of the frames by hand."""
     from lmgcpy.experiment import StudyFolder, carry_out_study
     from lmgcpy.experiment.texsol.study import TexSolStudy
 
