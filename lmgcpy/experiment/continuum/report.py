@@ -203,7 +203,8 @@ def _draw(axes: Axes, many: list[Prediction], of) -> None:
         mean, _ = mean_curves([getattr(one, kind) for one in many])
         values = of(mean)
         percent = 100.0 * mean.crushing
-        axes.plot(percent, values, color=COLORS[kind], label=label, linestyle="--" if kind in models else "-")
+        style = ":" if kind == "coulomb" else "--" if kind in models else "-"
+        axes.plot(percent, values, color=COLORS[kind], label=label, linestyle=style)
         if kind == "run" and many[1:]:
             spread = np.std([of(one.run.at(mean.crushing)) for one in many], axis=0, ddof=1)
             axes.fill_between(percent, values - spread, values + spread, color="black", alpha=0.15, linewidth=0)
