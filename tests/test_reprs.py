@@ -18,6 +18,7 @@ import lmgcpy.testing
 from lmgcpy.continuum import (
     GrowingAnchorage,
     MeasuredCompression,
+    MohrCoulomb,
     TexSol,
     WireNetwork,
     biaxial,
@@ -270,6 +271,7 @@ def continuous() -> dict[str, object]:
         "<MeasuredCompression along y in 2D: 30 moments": measured,
         "<SandFit in 2D: critical": fitted,
         "<DruckerPrager in 2D: q/p": fitted.sand(),
+        "<MohrCoulomb in 3D: q/p 0.9 at large shear": MohrCoulomb(3, 0.9, 0.004, 0.3, 0.03, 0.8, 0.7, 1e8, 1e8),
         "<Directions: 8 in 2D": directions,
         "<Spans: 2 in 2D": spans_of(np.eye(2), np.ones(2), 1.0),
         "<WireNetwork of 10 m/m^2": wire,
@@ -303,7 +305,7 @@ def test_each_says_in_one_line_what_it_is(all_things):
 
 
 LEFT_OUT = {
-    **dict.fromkeys(("Body", "Contactor", "Law", "Step", "Study"), "abstract"),
+    **dict.fromkeys(("Body", "Contactor", "Law", "Sand", "Step", "Study"), "abstract"),
     **dict.fromkeys(("Compression", "CompressionRecord"), "through biaxial and triaxial tests"),
     "Recorder": "a protocol",
     **dict.fromkeys(("Solver", "Stepper"), "bases, whose words are those of the built-in solvers and of Simulation"),

@@ -5,7 +5,8 @@ are given as for every :class:`~lmgcpy.continuum.Sand`, as q/p and as dilation p
 which p2 = p3::
 
     yield       p1 = N p3,  N = (3 + 2 M)/(3 - M) = (1 + sin phi)/(1 - sin phi)
-    flow        d e1 = (1 - D/3) dgamma,  d e2 = 0,  d e3 = -(1 + 2 D/3) dgamma,  d kappa = dgamma
+    flow        d e1 = (1 - D/3) dgamma,  d e2 = 0,  d e3 = -(1 + 2 D/3) dgamma
+                d kappa = dgamma
 
 e the compression of the plastic strain. If two principal stresses become equal, two planes yield and share the flow: along
 the edge of compressions (p2 = p3) e2 and e3 together follow the rule of e3, along the edge of extensions (p1 = p2) e1 and
@@ -32,7 +33,7 @@ SAME = 1e-12
 """Difference of two principal stresses over the largest of them below which their directions count as free."""
 
 
-class Region(NamedTuple):
+class FlowRegion(NamedTuple):
     """End of a return: a plane, or one of its edges."""
 
     most: np.ndarray
@@ -43,12 +44,12 @@ class Region(NamedTuple):
     """By which trial stresses are replaced by the mean of those that become equal, (3, 3)."""
 
 
-def _region(most: tuple[float, ...], least: tuple[float, ...]) -> Region:
+def _region(most: tuple[float, ...], least: tuple[float, ...]) -> FlowRegion:
     ends = np.array(most), np.array(least)
     mean = np.eye(3)
     for end in ends:
         mean[end > 0.0] = end
-    return Region(*ends, mean)
+    return FlowRegion(*ends, mean)
 
 
 PLANE = _region((1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
@@ -123,7 +124,7 @@ class MohrCoulomb(Sand):
         M = self.friction(kappa)
         return (3.0 + 2.0 * M) / (3.0 - M), 9.0 / (3.0 - M) ** 2 * self.slope(kappa)
 
-    def _return(self, region: Region, trial: np.ndarray, kappa: float) -> tuple[float, np.ndarray] | None:
+    def _return(self, region: FlowRegion, trial: np.ndarray, kappa: float) -> tuple[float, np.ndarray] | None:
         """The shear and the principal pressures at which ``r(gamma) = p1 - N p3`` vanishes, N at kappa + gamma, if the sand
         flows as in a region; nothing if no pressure is left.
 
@@ -148,13 +149,13 @@ class MohrCoulomb(Sand):
         gamma = first_root(residual, high, CLOSE * float(np.abs(trial).max()))
         return None if gamma is None else (gamma, pressures(gamma))
 
-    def _rate(self, region: Region, kappa: float) -> np.ndarray:
+    def _rate(self, region: FlowRegion, kappa: float) -> np.ndarray:
         """Derivative of the principal pressures by the shear of a return."""
         D, G = self.dilatancy(kappa), self.shear_modulus
         flow = region.most * (1.0 - D / 3.0) - region.least * (1.0 + 2.0 * D / 3.0)
         return (self.bulk_modulus - 2.0 * G / 3.0) * D - 2.0 * G * flow
 
-    def _tangent(self, region: Region, trial: np.ndarray, pressures: np.ndarray, kappa: float) -> np.ndarray:
+    def _tangent(self, region: FlowRegion, trial: np.ndarray, pressures: np.ndarray, kappa: float) -> np.ndarray:
         """The tangent in the principal directions, (6, 6), of a return that ends at ``kappa``.
 
         The derivative of the residual gives dgamma by the trial pressures. The directions turn with the

@@ -183,7 +183,8 @@ class WireNetwork:
         at the end of the increment. With the wires S that slip, ``V = L EA sum_S w N``, ``W = sum_S w`` and chi' its
         slope, ``dm = V.deps / (L EA) - W d(chi p) / EA``, so that the stress of S changes by ::
 
-            V d(chi p) / EA = 1/(1 + chi' p W / EA) (chi' p / (L EA^2) V V.deps + chi V / EA dp)
+            V d(chi p) / EA = (chi' p / (L EA^2) V V.deps + chi V / EA dp) / (1 + R)
+            R = chi' p W / EA
         """
         stretch = self.products @ strain
         stretch -= self.slack
