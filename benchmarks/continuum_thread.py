@@ -85,15 +85,16 @@ def tuple_of(value):
 
 
 def groups(folders: list[Path]) -> Iterator[Group]:
-    """The groups of at least two seeds."""
+    """The groups, small samples with at least two seeds. A single larger sample is predicted from itself."""
     found = defaultdict(list)
     finished = [folder / "cases" / case.name for folder in folders for case in CampaignFolder(folder).results().finished]
     for path in sorted(finished):
         study = StudyFolder(path, TexSolStudy).read()
         found[str({name: value for name, value in asdict(study).items() if name not in ("seed", "threads")})].append(path)
     for paths in found.values():
-        if len(paths) > 1:
-            yield Group(paths, compare(paths))
+        group = Group(paths, compare(paths))
+        if len(paths) > 1 or group.study.grain_count > GRAINS:
+            yield group
 
 
 def moved(group: Group, source: Group) -> list[Prediction]:
@@ -121,7 +122,7 @@ def row(group: Group, many: list[Prediction]) -> list:
         np.mean([getattr(one, who).at(moments).wire[:, across] for one, moments in zip(many, late, strict=True)])
         for who in ("run", "anchored", "stronger")
     ]
-    scatter = f"{100 * deviator.std(ddof=1) / deviator.mean():.0f} %"
+    scatter = f"{100 * deviator.std(ddof=1) / deviator.mean():.0f} %" if len(many) > 1 else ""
     return [group.name, f"{group.content:.2f}", len(many), scatter, *errors, *(f"{1e-3 * value:.1f}" for value in bears)]
 
 
@@ -132,8 +133,10 @@ def measured(group: Group) -> list:
     first, last = (np.array([one.strength[k] for one in found.anchorages]) / d**2 for k in (0, -1))
     slip = np.mean([one.slip[-1] for one in found.anchorages])
     gain = np.array(found.gains[group.test])
-    several = ((span, ".1f"), (first, ".2f"), (last, ".2f"), (gain, ".3f"))
-    told = [f"{values.mean():{form}} ± {values.std(ddof=1):{form}}" for values, form in several]
+    told = []
+    for values, form in ((span, ".1f"), (first, ".2f"), (last, ".2f"), (gain, ".3f")):
+        scatter = f" ± {values.std(ddof=1):{form}}" if len(values) > 1 else ""
+        told.append(f"{values.mean():{form}}{scatter}")
     return [group.name, f"{group.content:.2f}", *told[:3], f"{100 * slip:.1f}", told[3]]
 
 
