@@ -1,7 +1,7 @@
 """The continuous model beside tests with a thread, and what one content says of others: docs/continuum.md.
 
 Reads folders of ``strength_thread.py``, and of larger samples of the same study. Cases that differ in their seed only are
-compared as ``lmgcpy continuum`` does. A table gives the tension of links by the stretch that their span would have if it
+compared as ``lmgcpy continuum`` does. A table gives the tension of links by the stretch that they would have if they
 followed the sand, in the first and the last third of the tests. Then anchorage and gain are taken from the small samples
 with a content of 0.2 along the same axis, the gain less one by the content, and the other contents and sizes are predicted
 with them.
@@ -24,7 +24,6 @@ from strength import CONTENT, GRAINS
 from strength_thread import CHANGES, USUAL
 from table import report
 
-from lmgcpy.continuum import spans_of
 from lmgcpy.errors import AXES
 from lmgcpy.experiment import CampaignFolder, StudyFolder
 from lmgcpy.experiment.continuum.comparison import Comparison, Prediction, compare, miss, predict
@@ -141,19 +140,19 @@ def measured(group: Group) -> list:
 
 
 def by_stretch(group: Group) -> list:
-    """Mean tension over p d^2 of links by the affine stretch of their span, in the first and the last third of a test."""
+    """Mean tension over p d^2 of links by the stretch that the strain would give them, in two thirds of a test."""
     tension, counts = np.zeros((2, len(STRETCHES) + 1)), np.zeros((2, len(STRETCHES) + 1))
-    for path, wire, anchorage in zip(group.paths, group.found.wires, group.found.anchorages, strict=True):
+    for path, wire in zip(group.paths, group.found.wires, strict=True):
         folder = StudyFolder(path, TexSolStudy)
         result = carry_out_study(folder.read(), None, folder, resume=True)
-        record, spans = result.records[group.test], spans_of(wire.direction, wire.length, anchorage.span, wire.chain)
+        record = result.records[group.test]
         pressure = -np.trace(record.stress["sand"], axis1=1, axis2=2) / 3
         with open_run(folder.run_file(group.test)) as run:
             for frame in np.flatnonzero(run.steps > 0).tolist():
                 step = run.steps[frame] - 1
                 third = int(3.0 * step / run.steps[-1])
                 if third != 1:
-                    stretch = spans.products[:, :3] @ np.log(record.size[step] / result.sample.box)
+                    stretch = wire.direction**2 @ np.log(record.size[step] / result.sample.box)
                     of = np.digitize(stretch, STRETCHES)
                     links = wire_links(run, frame=frame).tension / (pressure[step] * result.sample.diameter**2)
                     tension[third // 2] += np.bincount(of, links, len(STRETCHES) + 1)

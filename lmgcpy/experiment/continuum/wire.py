@@ -6,8 +6,9 @@ and the slack of the link. The runs show that two things must be added, in the a
 * **span**: a wire slips along itself, so that a span of it shares one tension. Its length is the correlation length of
   the tension along the wire.
 * **anchorage**: sand holds a wire with a force that grows with its pressure and as the wire slips. A wire that would pull
-  more slips, and straightens. Its greatest tension is the mean tension of the links that pull, over the pressure of the
-  sand, at the mean slip of its spans: the part of their stretch in the measured strain that this tension leaves.
+  more slips, and straightens. Its greatest tension is the tension of all links, shared out among the spans that the
+  measured strain stretches, over the pressure of the sand; it is known at the mean slip of the spans, the part of their
+  stretch that this tension leaves.
 
 Both are measured in a run.
 """
@@ -99,27 +100,28 @@ def measured_anchorage(run: Run, record: CompressionRecord, sample: Sample, axia
 
     Raises ValueError if no link pulls in them.
     """
-    steps, axes = run.steps, sample.dimension
-    pressure = -np.trace(record.stress["sand"], axis1=1, axis2=2) / axes
-    frames, spans, strengths = [], [], []
-    for frame in np.flatnonzero(steps > 0).tolist():
-        links = wire_links(run, frame=frame)
-        if not links.taut.any():
-            continue
-        frames.append(steps[frame] - 1)
-        strengths.append(links.tension[links.taut].mean() / pressure[frames[-1]])
-        if steps[frame] > EARLY * steps[-1]:
-            span = tension_correlation(run, frame=frame, lags=LAGS).correlation_length
-            spans.append(span if np.isfinite(span) else 0.0)
-    if not spans:
+    steps, laid = run.steps, LaidWire.of(sample)
+    frames = [frame for frame in np.flatnonzero(steps > 0).tolist() if wire_links(run, frame=frame).taut.any()]
+    lengths = [
+        tension_correlation(run, frame=frame, lags=LAGS).correlation_length
+        for frame in frames
+        if steps[frame] > EARLY * steps[-1]
+    ]
+    if not lengths:
         raise ValueError(f"No link pulls in '{run.path}': there is no tension to measure how the sand holds the wire.")
-    laid = LaidWire.of(sample)
-    shared = spans_of(laid.direction, laid.length, float(np.mean(spans)), laid.chain)
-    strain = np.log(record.size[frames] / sample.box)
-    stretch = strain @ shared.products[:, :axes].T
-    stretch -= (np.array(strengths) * pressure[frames] / axial_rigidity)[:, None]
-    slips = np.maximum.accumulate(np.maximum(stretch, 0.0), axis=0) @ shared.weights
-    return Anchorage(float(np.mean(spans)), *_by_slip(slips, np.array(strengths)))
+    span = float(np.mean(np.where(np.isfinite(lengths), lengths, 0.0)))
+    shared = spans_of(laid.direction, laid.length, span, laid.chain)
+    strengths, slips, slip = [], [], np.zeros(len(shared))
+    for frame in frames:
+        step = steps[frame] - 1
+        stretch = shared.products[:, : sample.dimension] @ np.log(record.size[step] / sample.box)
+        part = float(shared.weights @ (stretch > 0.0))
+        if part > 0.0:
+            tension = float(shared.weights @ wire_links(run, frame=frame).tension) / part
+            slip = np.maximum(slip, stretch - tension / axial_rigidity)
+            strengths.append(tension / (-np.trace(record.stress["sand"][step]) / sample.dimension))
+            slips.append(float(shared.weights @ slip))
+    return Anchorage(span, *_by_slip(np.array(slips), np.array(strengths)))
 
 
 def _by_slip(slips: np.ndarray, strengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -218,8 +218,8 @@ def test_a_study_is_predicted(study, tmp_path):
 
 @pytest.mark.long
 def test_what_is_measured_is_what_the_run_holds(study):
-    """Mean tension over the pressure of the sand, and the mean stretch of the spans less the stretch by this tension,
-    from the interactions of the frames by hand."""
+    """All tension, shared out among the stretched spans, over the pressure of the sand, and the mean stretch of the spans
+    less the stretch by this tension, from the interactions of the frames by hand."""
     from lmgcpy.experiment import StudyFolder, carry_out_study
     from lmgcpy.experiment.texsol.study import TexSolStudy
 
@@ -232,11 +232,12 @@ def test_what_is_measured_is_what_the_run_holds(study):
         spans = spans_of(laid.direction, laid.length, found.span, laid.chain)
         for frame in np.flatnonzero(test.steps > 0):
             net, step = test.interactions(frame), test.steps[frame] - 1
-            pull = -net.force[net.law == "elastic-wire", 0]
-            if (pull > 0).any():
-                ratios.append(pull[pull > 0].mean() / (-np.trace(record.stress["sand"][step]) / 2))
-                strain = np.append(np.log(record.size[step] / result.sample.box), 0.0)
-                slip = np.maximum(slip, spans.products @ strain - pull[pull > 0].mean() / rigidity)
+            pull = np.maximum(-net.force[net.law == "elastic-wire", 0], 0.0)
+            stretch = spans.products @ np.append(np.log(record.size[step] / result.sample.box), 0.0)
+            if pull.any() and (stretch > 0.0).any():
+                tension = pull @ laid.length / laid.length[stretch > 0.0].sum()
+                ratios.append(tension / (-np.trace(record.stress["sand"][step]) / 2))
+                slip = np.maximum(slip, stretch - tension / rigidity)
                 slips.append(spans.weights @ slip)
     np.testing.assert_allclose(found.slip, np.unique(slips), rtol=1e-9, atol=1e-15)
     assert found.strength[-1] == pytest.approx(ratios[-1], rel=1e-12)
