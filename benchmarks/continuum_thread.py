@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 from strength import CONTENT, GRAINS
-from strength_thread import CHANGES, USUAL
+from strength_thread import CHANGES, same
 from table import report
 
 from lmgcpy.errors import AXES
@@ -35,6 +35,7 @@ from lmgcpy.measure import wire_links
 
 MODELS = {"sand": "sand alone", "anchored": "anchored", "stronger": "stronger sand", "coulomb": "Mohr and Coulomb"}
 STRETCHES = (-0.04, -0.02, 0.0, 0.02, 0.04, 0.06, 0.08)
+"""Stretches between which tensions are averaged."""
 FEWEST = 100
 """Least number of links in a mean."""
 SOURCE = 800
@@ -63,24 +64,18 @@ class Group:
         return float(np.mean([wire.content for wire in self.found.wires]) * np.mean(self.found.diameters) ** 2)
 
     @property
-    def usual(self) -> bool:
-        """Whether only content, axis and number of grains are others than usual."""
-        own = ("wire_friction", "thread_diameter", "laws")
-        return all(tuple_of(getattr(self.study, name)) == tuple_of(USUAL[name]) for name in own)
+    def change(self) -> str:
+        """The change of the usual thread, or nothing if only content, axis and number of grains are others."""
+        for name, change in CHANGES.items():
+            own = {field: value for field, value in change.items() if field not in ("bead_count", "axes")}
+            if own and all(same(getattr(self.study, field), value) for field, value in own.items()):
+                return name
+        return ""
 
     @property
     def name(self) -> str:
-        """What is changed, and where."""
-        parts = [f"{self.study.grain_count} grains", f"along {self.study.axes[0]}"]
-        for name, change in CHANGES.items():
-            (field, value), *_ = [*change.items(), ("", None)]
-            if not self.usual and field not in ("", "bead_count", "axes") and getattr(self.study, field) == value:
-                parts.append(name)
-        return ", ".join(parts)
-
-
-def tuple_of(value):
-    return tuple(value) if isinstance(value, (list, tuple)) else value
+        """Number of grains, axis and change."""
+        return ", ".join(filter(None, (f"{self.study.grain_count} grains", f"along {self.study.axes[0]}", self.change)))
 
 
 def groups(folders: list[Path]) -> Iterator[Group]:
@@ -166,23 +161,23 @@ def by_stretch(group: Group) -> list:
 
 def main(folders: list[Path]) -> None:
     """Print the tables."""
-    every = sorted(groups(folders), key=lambda one: (one.study.grain_count, one.study.axes, not one.usual, one.content))
+    every = sorted(groups(folders), key=lambda one: (one.study.grain_count, one.study.axes, one.change, one.content))
     head = ["test", "content", "samples", "scatter of seeds", *(f"{words}: q, volume off by" for words in MODELS.values())]
     head += ["the wire bears late [kPa]", "anchored", "in stronger sand"]
     strengths = ["span [d]", "strength at first [p d²]", "at the end", "slip at the end [%]", "gain in q/p"]
     report("continuum_thread", head, [row(group, group.found.predictions[group.test]) for group in every])
     report("continuum_thread_measured", ["test", "content", *strengths], [measured(group) for group in every])
     ends = [f"{100 * low:.0f} to {100 * high:.0f} %" for low, high in pairwise(STRETCHES)]
-    ends = [f"below {100 * STRETCHES[0]:.0f}", *ends, f"above {100 * STRETCHES[-1]:.0f} %"]
-    usual = [group for group in every if group.usual and group.study.axes == ("z",)]
+    ends = [f"below {100 * STRETCHES[0]:.0f} %", *ends, f"above {100 * STRETCHES[-1]:.0f} %"]
+    usual = [group for group in every if not group.change and group.study.axes == ("z",)]
     rows = [row for group in usual for row in by_stretch(group)]
     report("continuum_thread_stretch", ["test", "content", "third", *ends], rows)
     sources = {
         group.study.axes: group
         for group in every
-        if group.usual and group.study.grain_count == GRAINS and group.study.bead_count == SOURCE
+        if not group.change and group.study.grain_count == GRAINS and group.study.bead_count == SOURCE
     }
-    others = [group for group in every if group.usual and group is not sources.get(group.study.axes)]
+    others = [group for group in every if not group.change and group is not sources.get(group.study.axes)]
     print(f"\nPredicted from the content of {CONTENT * SOURCE:.2f} as ordered:")
     rows = [row(group, moved(group, sources[group.study.axes])) for group in others if group.study.axes in sources]
     report("continuum_thread_moved", head, rows)

@@ -50,7 +50,7 @@ def tables(results: CampaignResults) -> None:
     for case in results.finished:
         own = {name: value for name, value in case.parameters.items() if name != "seed"}
         for name, change in CHANGES.items():
-            if all(_same(own[key], value) for key, value in {**USUAL, **change}.items() if key in own):
+            if all(same(own[key], value) for key, value in {**USUAL, **change}.items() if key in own):
                 found[name].append(case.numbers)
     rows = []
     for name, change in CHANGES.items():
@@ -69,7 +69,7 @@ def tables(results: CampaignResults) -> None:
     report("strength_thread", [*header, "its mean stress, late [kPa]", "unsolved steps"], rows)
 
 
-def _same(one, other) -> bool:
+def same(one, other) -> bool:
     return tuple(one) == tuple(other) if isinstance(other, tuple) else one == other
 
 

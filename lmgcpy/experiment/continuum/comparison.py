@@ -237,8 +237,6 @@ class Comparison:
     """Name of the test in which the anchorage of the wire was measured."""
     anchorages: list[Anchorage]
     """The anchorage measured in this test, for each folder."""
-    used: list[Anchorage]
-    """The anchorage used in the predictions of each folder: the mean of the others, or its own if it is the only one."""
     gains: dict[str, list[float]]
     """By the name of the test, the gain in friction of the sand in each folder: see :func:`friction_gain`."""
     predictions: dict[str, list[Prediction]]
@@ -281,27 +279,30 @@ def compare(folders: Sequence[Path], tell: Callable[[str], None] = lambda text: 
         rigidity = axial_rigidity_of(record.law, result.study, result.sample)
         with open_run(folder.run_file(source)) as run:
             anchorages.append(measured_anchorage(run, record, result.sample, rigidity))
-    used = [mean_anchorage(anchorages[:k] + anchorages[k + 1 :] or anchorages) for k in range(len(anchorages))]
+    used = [mean_anchorage(others) for others in _without_each(anchorages)]
     gains: dict[str, list[float]] = {}
     predictions: dict[str, list[Prediction]] = {}
     for name in tests:
         tell(f"{name}: predicting")
         gains[name] = [friction_gain(result, name) for result in results]
-        others = [gains[name][:k] + gains[name][k + 1 :] or gains[name] for k in range(len(results))]
         predictions[name] = [
-            predict(result, name, held, float(np.mean(gain)))
-            for result, held, gain in zip(results, used, others, strict=True)
+            predict(result, name, held, float(np.mean(others)))
+            for result, held, others in zip(results, used, _without_each(gains[name]), strict=True)
         ]
     return Comparison(
         studies=[result.study for result in results],
         measured_in=source,
         anchorages=anchorages,
-        used=used,
         gains=gains,
         predictions=predictions,
         diameters=[result.sample.diameter for result in results],
         wires=[LaidWire.of(result.sample) for result in results],
     )
+
+
+def _without_each(values: list[Any]) -> list[list[Any]]:
+    """For each value the others, or itself if it is the only one: what is measured elsewhere."""
+    return [values[:k] + values[k + 1 :] or values for k in range(len(values))]
 
 
 def check_runs(folder: StudyFolder, study: Any) -> None:

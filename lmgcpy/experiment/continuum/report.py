@@ -25,8 +25,12 @@ MODELS = {
 }
 """The models by their field in a prediction. The last is for samples in space: in the plane it is the one before."""
 COLORS = {
-    **{"sand": "tab:olive", "run": "black"},
-    **{"local": "tab:red", "anchored": "tab:blue", "stronger": "tab:green", "coulomb": "tab:purple"},
+    "sand": "tab:olive",
+    "run": "black",
+    "local": "tab:red",
+    "anchored": "tab:blue",
+    "stronger": "tab:green",
+    "coulomb": "tab:purple",
 }
 HIGHEST = 1.6
 """Greatest ordinate of a figure over the greatest ordinate of the run: the local model leaves the figure."""
@@ -109,7 +113,7 @@ def setting(found: Comparison) -> str:
         f"The anchored wire: spans of {_mean(spans, '.1f', ' d')} that share a tension of at most "
         f"{_mean(first, '.2f', f' p {power}')} at first and {_mean(last, '.2f', f' p {power}')} after a mean slip of "
         f"{100 * slip:.1f} %, p the pressure of the sand, measured in the test {found.measured_in}; {own}.\n\n"
-        f"The stronger sand: beside the wire its q/p is larger than without by a factor of {gains}, measured in that test"
+        f"The stronger sand: beside the wire its q/p changes by a factor of {gains}, measured in that test"
         f"{' of the other seeds' if several else ''}; all that it gains goes into dilation."
     )
 

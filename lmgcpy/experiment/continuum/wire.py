@@ -101,7 +101,8 @@ def measured_anchorage(run: Run, record: CompressionRecord, sample: Sample, axia
     Raises ValueError if no link pulls in them.
     """
     steps, laid = run.steps, LaidWire.of(sample)
-    frames = [frame for frame in np.flatnonzero(steps > 0).tolist() if wire_links(run, frame=frame).taut.any()]
+    tensions = {frame: wire_links(run, frame=frame).tension for frame in np.flatnonzero(steps > 0).tolist()}
+    frames = [frame for frame, tension in tensions.items() if (tension > 0.0).any()]
     lengths = [
         tension_correlation(run, frame=frame, lags=LAGS).correlation_length
         for frame in frames
@@ -117,7 +118,7 @@ def measured_anchorage(run: Run, record: CompressionRecord, sample: Sample, axia
         stretch = shared.products[:, : sample.dimension] @ np.log(record.size[step] / sample.box)
         part = float(shared.weights @ (stretch > 0.0))
         if part > 0.0:
-            tension = float(shared.weights @ wire_links(run, frame=frame).tension) / part
+            tension = float(shared.weights @ tensions[frame]) / part
             slip = np.maximum(slip, stretch - tension / axial_rigidity)
             strengths.append(tension / (-np.trace(record.stress["sand"][step]) / sample.dimension))
             slips.append(float(shared.weights @ slip))
