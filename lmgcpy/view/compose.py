@@ -204,9 +204,9 @@ def _paints(snap: Snapshot, style: Style, legend: list[tuple[str, str]]) -> list
             return [(plain, painted)]
         return [(plain & ~bead, Paint(SAND)), (plain & bead, Paint(BEAD)), (~plain, painted)]
     if style.grains == "color":
-        words = dict.fromkeys(snap.colors[snap.drawn].tolist())
-        shades = {word: GROUPS[k % len(GROUPS)] for k, word in enumerate(words)}
-        legend += shades.items()
+        shades = style.shades
+        for word in dict.fromkeys(snap.colors[snap.drawn].tolist()):
+            legend.append((word, shades.setdefault(word, GROUPS[len(shades) % len(GROUPS)])))
         values = np.array([rgb(shades.get(word, SAND)) for word in snap.colors]).reshape(-1, 3)
         return [(np.ones(len(bead), dtype=bool), Paint(values=values))]
     return [(~bead, Paint(SAND)), (bead, Paint(BEAD))]
@@ -361,7 +361,8 @@ def panels_of(source: Any, frame: Any, options: dict[str, Any], *, moving: bool)
 
     The function raises TypeError or ValueError for what cannot be drawn.
     """
-    return [_panel(one, at, said, moving) for one, at, said in _one_by_one(source, frame, options)]
+    shades: dict[str, str] = {}
+    return [_panel(one, at, said, moving, shades) for one, at, said in _one_by_one(source, frame, options)]
 
 
 def _one_by_one(source: Any, frame: Any, options: dict[str, Any]) -> Iterator[tuple[Any, Any, dict[str, Any]]]:
@@ -380,7 +381,7 @@ def _one_by_one(source: Any, frame: Any, options: dict[str, Any]) -> Iterator[tu
         yield each.pop("source"), each.pop("frame"), each
 
 
-def _panel(source: Any, frame: Any, options: dict[str, Any], moving: bool) -> Panel:
+def _panel(source: Any, frame: Any, options: dict[str, Any], moving: bool, shades: dict[str, str]) -> Panel:
     snapshots: list[Callable[[], Snapshot]]
     if moving and isinstance(source, Run) and (frame is None or isinstance(frame, range)):
         chosen = range(source.frame_count) if frame is None else frame
@@ -391,7 +392,7 @@ def _panel(source: Any, frame: Any, options: dict[str, Any], moving: bool) -> Pa
         one = snapshot(source, frame)
         snapshots = [lambda: one]
     first = snapshots[0]()
-    style = style_of(options, dimension=first.dimension, is_scene=first.time is None)
+    style = replace(style_of(options, dimension=first.dimension, is_scene=first.time is None), shades=shades)
     return Panel(
         drawings=[partial(_composed, make, style) for make in snapshots],
         camera=Camera.looking(style.direction),

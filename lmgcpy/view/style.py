@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -112,6 +112,8 @@ class Style:
     """Low and high corner of what is seen, in space [m], (2, 3); None: everything but bodies that have escaped."""
     everything: bool
     """Whether bodies that have escaped are seen."""
+    shades: dict[str, str] = field(default_factory=dict)
+    """Shades by the colour of the visibility table, in the order in which they were drawn first; panels share them."""
 
 
 def style_of(options: Mapping[str, Any], *, dimension: int, is_scene: bool) -> Style:

@@ -7,7 +7,7 @@ from seen import SIDE, hanging, pile, wire_in_a_box
 
 import lmgcpy as lm
 from lmgcpy.view.boundary import cut, cylinder_polygons, wall_polygons
-from lmgcpy.view.compose import AMONG_WIRES, compose, force_tubes
+from lmgcpy.view.compose import AMONG_WIRES, compose, force_tubes, panels_of
 from lmgcpy.view.drawing import BEAD, CONTACT, WIRE, WRONG, rgb
 from lmgcpy.view.snapshot import snapshot
 from lmgcpy.view.style import OPTIONS, Camera, View, style_of
@@ -156,6 +156,19 @@ def test_hidden_grains_and_wires():
 def test_colours_of_the_visibility_table():
     drawing = drawn(mixed_scene(), grains="color")
     assert [label for label, _ in drawing.legend] == ["GRAIN"]
+
+
+def test_a_colour_is_the_same_in_every_panel():
+    scenes = []
+    for words in (("SAND", "FIBRE", "FIBRE"), ("FIBRE", "STONE")):
+        scenes.append(lm.Scene(dimension=2))
+        for k, word in enumerate(words):
+            scenes[-1].add(lm.disk(radius=1.0, position=(3.0 * k, 0.0), mass=1.0, color=word))
+    panels = panels_of(scenes, None, {**dict.fromkeys(OPTIONS), "grains": "color"}, moving=False)
+    one, other = (dict(panel.drawings[0]().legend) for panel in panels)
+    assert (list(one), list(other)) == (["SAND", "FIBRE"], ["FIBRE", "STONE"])
+    assert one["FIBRE"] == other["FIBRE"]
+    assert len({*one.values(), *other.values()}) == 3
 
 
 # ------------------------------------------------------------------------------------------------------------- camera
