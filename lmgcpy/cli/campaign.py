@@ -105,9 +105,11 @@ def tell_cost(campaign: Any, path: Path, workers: int | None) -> None:
         seconds, source = so_far.expected_seconds(case)
         total, unknown = total + (seconds or 0.0), unknown + (seconds is None)
         click.echo(f"{case.name}: {'unknown' if seconds is None else f'{seconds:.3g} s ({source})'}")
-    count = workers or processors()
+    to_come, count = len(cases) - len(done), workers or processors()
+    least = "at least " if unknown else ""
+    known = f": {least}{total:.3g} s of one processor, {least}{total / count:.3g} s on {count} workers"
     click.echo(
-        f"{len(cases) - len(done)} of {len(cases)} cases to come: {total:.3g} s of one processor"
-        + (f", and {unknown} of unknown cost" if unknown else "")
-        + f"; {total / count:.3g} s on {count} workers"
+        f"{to_come} of {len(cases)} cases to come"
+        + (known if unknown < to_come or not to_come else "")
+        + (f"; the cost of {unknown} is unknown" if unknown else "")
     )

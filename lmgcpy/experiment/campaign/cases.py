@@ -112,6 +112,8 @@ class CampaignResults:
     """That of the folder."""
     cases: list[CaseResult]
     """In the order of the campaign."""
+    left_out: int = 0
+    """Lines of ``cases.jsonl`` that do not count: damaged, without their curves, or of cases that the campaign has not."""
 
     @property
     def finished(self) -> list[CaseResult]:
@@ -248,31 +250,32 @@ class CampaignFolder(KeptFolder):
             wanted = {case_name(parameters): parameters for parameters in listed}
         else:
             wanted = {case.name: case.parameters for case in cases}
-        found = self._entered(wanted)
+        found, left_out = self._entered(wanted)
         to_come = {name: CaseResult(name, dict(p), TO_COME, 0.0, "", {}, {}, {}) for name, p in wanted.items()}
-        return CampaignResults(self.path.name, list({**to_come, **found}.values()))
+        return CampaignResults(self.path.name, list({**to_come, **found}.values()), left_out)
 
-    def _entered(self, wanted: Mapping[str, Mapping[str, Any]]) -> dict[str, CaseResult]:
-        """The last entry of each case. A line that was cut short or damaged does not count, nor one without its curves: the
-        case is done again."""
+    def _entered(self, wanted: Mapping[str, Mapping[str, Any]]) -> tuple[dict[str, CaseResult], int]:
+        """The last entry of each case, and the number of lines that do not count. A line that was cut short or damaged does
+        not, nor one without its curves: the case is done again."""
         found: dict[str, CaseResult] = {}
+        left_out = 0
         if not self.ledger.exists():
-            return found
+            return found, left_out
         for line in self.ledger.read_bytes().splitlines():
             text, _, told = line.decode("utf-8", "replace").rpartition(" ")
-            if told != _sum(text.encode()):
-                continue
-            about = _entry(text)
+            about = _entry(text) if told == _sum(text.encode()) else None
             if about is None or about["name"] not in wanted:
+                left_out += 1
                 continue
             name = about.pop("name")
             try:
                 curves = self._read_curves(name, about.pop("curves"))
             except (OSError, ValueError):
                 found.pop(name, None)
+                left_out += 1
                 continue
             found[name] = CaseResult(name=name, **{**about, "parameters": dict(wanted[name]), "curves": curves})
-        return found
+        return found, left_out
 
     def _read_curves(self, name: str, of_curves: str) -> dict[str, dict[str, np.ndarray]]:
         """The curves of a case, whose file has this sum, "" for none; OSError or ValueError if the file has changed."""

@@ -53,7 +53,7 @@ def write_report(results: CampaignResults, folder: Path) -> list[Path]:
     report = ReportFolder(folder)
     report.file("report.md")  # the first of the files, though it is written last: it shows the figures
     shown, left_out = _write_figures(results, report)
-    parts = [_counts_part(results.cases), _failed_part(results.cases), _numbers_part(groups(results))]
+    parts = [_counts_part(results), _failed_part(results.cases), _numbers_part(groups(results))]
     parts += [_figures_part(shown, left_out), _versions_part(results.cases)]
     page, *_ = report.written
     write_text(page, sections(escaped(f"Campaign {results.name}"), parts))
@@ -84,7 +84,8 @@ def _new_name(name: str, taken: Sequence[str]) -> str:
 # ----------------------------------------------------------------------------------------------------------------- parts
 
 
-def _counts_part(cases: Sequence[CaseResult]) -> str:
+def _counts_part(results: CampaignResults) -> str:
+    cases = results.cases
     count = Counter(case.status for case in cases)
     ended = [case.seconds for case in cases if case.status != TO_COME]
     told = [f"{_many(len(cases))}: {count[FINISHED]} finished, {count[FAILED]} failed, {count[TO_COME]} to come."]
@@ -93,6 +94,10 @@ def _counts_part(cases: Sequence[CaseResult]) -> str:
         told.append(f"Those that ended took {sum(ended):.4g} s in all, {mean:.4g} s on the average.")
     if count[TO_COME] and count[FINISHED]:
         told.append("The campaign is not at its end: what follows is of the cases that are finished.")
+    if count[TO_COME] and results.left_out:
+        lines = "A line" if results.left_out == 1 else f"{results.left_out} lines"
+        verb = "does" if results.left_out == 1 else "do"
+        told.append(f"{lines} of cases.jsonl {verb} not count: cut short, damaged, or of another campaign's case.")
     return " ".join(told) + ("" if count[FINISHED] else f"\n\n{NONE_FINISHED}")
 
 

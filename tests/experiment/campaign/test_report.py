@@ -70,9 +70,10 @@ def test_a_campaign_under_way(tmp_path):
     cases[1] = to_come(cases[1].parameters)
     error = "ValueError: a|b\n of <Scene>"
     cases[2] = case(cases[2].parameters, status=FAILED, error=error, seconds=1.0, versions={"lmgcpy": "0.1"})
-    page = page_of(write_report(CampaignResults("half", cases), tmp_path))
+    page = page_of(write_report(CampaignResults("half", cases, left_out=1), tmp_path))
     assert "10 cases: 8 finished, 1 failed, 1 to come. Those that ended took 17 s in all, 1.889 s" in page
     assert "not at its end" in page
+    assert "A line of cases.jsonl does not count" in page
     assert "| law=none,seed=2 | ValueError: a\\|b of \\<Scene> |" in page
     assert [row[1] for row in table_below(page, "### peak deviator [Pa]")[1:]] == ["3", "5"]
     assert table_below(page, "## Versions")[1:] == [
