@@ -122,6 +122,11 @@ def whole(value: Any, name: str, *, minimum: int = 0, maximum: int = 2**62) -> i
     return int(value)
 
 
+def is_infinite(value: Any) -> bool:
+    """Whether a value is the number infinity, with which some arguments leave something free."""
+    return np.ndim(value) == 0 and bool(value == math.inf)
+
+
 def numbers(value: Any, name: str, what: str = "an array of numbers") -> np.ndarray:
     """``value`` as a new contiguous array of finite floats of any shape.
 

@@ -24,7 +24,7 @@ from scipy.optimize import least_squares
 
 from lmgcpy.continuum.sand import STEEPEST, DruckerPrager
 from lmgcpy.continuum.tensors import SIZE
-from lmgcpy.errors import AXES, named_arguments, number, numbers, one_of, shown
+from lmgcpy.errors import AXES, is_infinite, named_arguments, number, numbers, one_of, shown
 
 
 @named_arguments
@@ -183,7 +183,7 @@ def fit_sand(
     if len({one.dimension for one in data}) > 1:
         raise ValueError("All compressions of a fit must be of one dimension: fit those of 2D and of 3D by themselves.")
     moduli = [
-        modulus if modulus is None or modulus == math.inf else number(modulus, name, above=0.0, unit="Pa")
+        modulus if modulus is None or is_infinite(modulus) else number(modulus, name, above=0.0, unit="Pa")
         for modulus, name in zip((bulk_modulus, shear_modulus), MODULI, strict=True)
     ]
     model = _Curves(data, moduli)

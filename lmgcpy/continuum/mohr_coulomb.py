@@ -112,7 +112,8 @@ class MohrCoulomb(Sand):
         if region is not PLANE:
             found = self._return(region, t, kappa)
         if found is None or found[1][2] < 0.0:  # the apex: all shear is lost
-            lost = (t[0] - t[2]) / (4.0 * self.shear_modulus)
+            start = region.mean @ t  # of the edge: 3/2 of the shear is the difference of the plastic strains
+            lost = float(start[0] - start[2]) / (3.0 * self.shear_modulus)
             return SandResponse(np.zeros(6), np.zeros((6, 6)), kappa + lost)
         gamma, pressures = found
         basis = products_of(axes)
@@ -129,8 +130,9 @@ class MohrCoulomb(Sand):
         flows as in a region; nothing if no pressure is left.
 
         With the dilation V on the way, Lame's constant ``L = K - 2 G/3`` and the directions m, l of ``most`` and ``least``,
-        ``p = trial + L V - 2 G (m (gamma - V/3) - l (gamma + 2 V/3))``. The interval ends where p1 is not above p3, or
-        no pressure is left: at the shear at which both would be equal without V, doubled until it is so.
+        ``p = trial + L V - 2 G (m (gamma - V/3) - l (gamma + 2 V/3))``. The interval ends where p1 is not above p3: at
+        the shear at which both would be equal without V, doubled until it is so. On the way p3 may be below zero: a sand
+        that contracts has less pressure at first than at the root.
         """
         G, lame = self.shear_modulus, self.bulk_modulus - 2.0 * self.shear_modulus / 3.0
         start = region.mean @ trial
@@ -144,7 +146,7 @@ class MohrCoulomb(Sand):
             return p[0] - N * p[2], rate[0] - N * rate[2] - slope * p[2]
 
         high = float((start[0] - start[2]) / (2.0 * G * (region.most[0] + region.least[2])))
-        while (end := pressures(high))[0] > end[2] > 0.0:
+        while (end := pressures(high))[0] > end[2]:
             high *= 2.0
         gamma = first_root(residual, high, CLOSE * float(np.abs(trial).max()))
         return None if gamma is None else (gamma, pressures(gamma))

@@ -103,8 +103,9 @@ def drive(material: TexSol, state: PointState, strains: Any, stresses: Any, axis
     """
     if not isinstance(material, TexSol):
         raise TypeError(f"material must be a TexSol, got {shown(material)}.")
-    if not isinstance(state, PointState):
-        raise TypeError(f"state must be a PointState, such as material.start(pressure) gives, got {shown(state)}.")
+    check_state(material, state)
+    if axis:
+        one_of(axis, "axis", AXES[: material.dimension])
     imposed, held = _rows(strains, "strains", material), _rows(stresses, "stresses", material)
     if imposed.shape != held.shape:
         raise ValueError(f"strains and stresses must have the same shape, got {imposed.shape} and {held.shape}.")
@@ -133,6 +134,22 @@ def drive(material: TexSol, state: PointState, strains: Any, stresses: Any, axis
         last = state.strain - before.strain
         strain[i], sand[i], wire[i], kappa[i] = state.strain, state.sand, state.wire, state.kappa
     return DrivenPath(strain, sand + wire, sand, wire, kappa, residual, steps, state, axis)
+
+
+def check_state(material: TexSol, state: Any) -> None:
+    """Raise TypeError or ValueError if this is no state of the material."""
+    if not isinstance(state, PointState):
+        raise TypeError(f"state must be a PointState, such as material.start(pressure) gives, got {shown(state)}.")
+    size = SIZE[material.dimension]
+    if state.strain.shape != (size,):
+        raise ValueError(
+            f"state is of another dimension than the material: its strain is of shape {state.strain.shape}, not ({size},)."
+        )
+    slips = 0 if material.wire is None else len(material.wire.directions)
+    if len(state.slip) != slips:
+        raise ValueError(f"state is of another material: it has {len(state.slip)} directions of wire, and not {slips}.")
+    if not all(np.isfinite(part).all() for part in (state.strain, state.sand, state.wire, state.kappa, state.slip)):
+        raise ValueError(f"state must have finite numbers, got {shown(state)}.")
 
 
 def _rows(value: Any, name: str, material: TexSol) -> np.ndarray:
@@ -196,6 +213,8 @@ def _newton(
             change = np.linalg.lstsq(part, error, rcond=FREE)[0]
         except np.linalg.LinAlgError:
             return None, size, step
+        if not change.any():  # no pressure is left: no step leads out
+            return None, size, step
         factor = 1.0
         for _ in range(SEARCHES):
             new = increment.copy()
@@ -224,13 +243,15 @@ def _compression(
     axial = numbers(axial_strain, "axial_strain", "the strains along the axis, compression negative")
     if axial.ndim != 1 or not len(axial):
         raise ValueError(f"axial_strain must be of shape (s,), got {axial.shape}.")
-    strains, stresses = np.zeros((len(axial), size)), np.full((len(axial), size), np.nan)
+    start = material.start(pressure) if state is None else state
+    check_state(material, start)
+    strains, stresses = np.tile(start.strain, (len(axial), 1)), np.full((len(axial), size), np.nan)
     strains[:, along] = axial
     for side in range(d):
         if side != along and AXES[side] != flat:
             strains[:, side] = np.nan
             stresses[:, side] = -pressure
-    return drive(material, material.start(pressure) if state is None else state, strains, stresses, axis)
+    return drive(material, start, strains, stresses, axis)
 
 
 @named_arguments
@@ -240,7 +261,8 @@ def triaxial(
     """Triaxial compression (3D) of a box with smooth walls: ``pressure`` [Pa] on the four lateral walls.
 
     ``axial_strain`` (s,): strains along ``axis`` at the end of the increments, logarithmic, compression negative. The sides
-    stay at right angles, so that there is no shear strain. ``state``: if None, the start is the pressure without strain.
+    stay at right angles, so that there is no further shear strain. ``state``: the start; if None, the pressure without
+    strain.
 
     Raises TypeError or ValueError with a sentence, and NoSolution as :func:`drive` does.
     """
@@ -262,7 +284,8 @@ def biaxial(
     """Biaxial compression in 2D, or in plane strain of a material in 3D: ``pressure`` [Pa] on the lateral sides.
 
     ``axial_strain`` (s,): strains along ``axis`` at the end of the increments, logarithmic, compression negative;
-    ``normal``: in 3D, the axis along which there is no strain. ``state``: if None, the start is the pressure, no strain.
+    ``normal``: in 3D, the axis along which there is no further strain. ``state``: the start; if None, the pressure without
+    strain.
 
     Raises TypeError or ValueError with a sentence, and NoSolution as :func:`drive` does.
     """

@@ -209,13 +209,13 @@ class DruckerPrager(Sand):
 
 def first_root(residual: Callable[[float], tuple[float, float]], high: float, close: float) -> float | None:
     """The first root between 0 and ``high`` of a residual that is above zero at 0; with its derivative it is the result of
-    ``residual``. None if there is none. It may be ``close`` to zero.
+    ``residual``. None if there is none. It may be ``close`` to zero, at ``high`` as well.
 
     If the residual at ``high`` is above zero, a root is searched piece by piece. A Newton step that leaves the interval, or
     does not halve it, is replaced by a step to its middle.
     """
     low = 0.0
-    if residual(high)[0] > 0.0:
+    if residual(high)[0] > close:
         ends = [high * (i + 1) / PIECES for i in range(PIECES)]
         found = [end for end in ends if residual(end)[0] <= 0.0]
         if not found:

@@ -29,7 +29,7 @@ from scipy.optimize import nnls
 from lmgcpy.continuum.directions import Directions
 from lmgcpy.continuum.spans import Spans
 from lmgcpy.continuum.tensors import SIZE
-from lmgcpy.errors import named_arguments, number, numbers, read_only, shown
+from lmgcpy.errors import is_infinite, named_arguments, number, numbers, read_only, shown
 
 
 class WireResponse(NamedTuple):
@@ -129,7 +129,7 @@ class WireNetwork:
                 f"slack must be a number or one for each of the {len(self.directions)} directions, got shape {slack.shape}."
             )
         put(self, "slack", np.full(len(self.directions), slack) if slack.shape == () else slack)
-        if not isinstance(self.anchorage, GrowingAnchorage) and self.anchorage != math.inf:
+        if not isinstance(self.anchorage, GrowingAnchorage) and not is_infinite(self.anchorage):
             put(self, "anchorage", number(self.anchorage, "anchorage", above=0.0, unit="m^2 (in 2D m)"))
         put(self, "products", self.directions.products)
         put(self, "stiffnesses", self.length * self.axial_rigidity * self.directions.weights)
@@ -229,10 +229,10 @@ class WireNetwork:
             new = mean - value / (1.0 + growth * compliance * float(weights @ slipping))
             if new >= end:
                 mean = end
-            elif new <= mean * (1.0 + 1e-15):
-                return chi, growth
-            else:
+            elif new > mean * (1.0 + 1e-15):
                 mean = new
+            else:  # also for NaN
+                return chi, growth
 
     def dissipation(self, strain: Any, slip_before: np.ndarray, slip_after: np.ndarray) -> float:
         """``L sum_k w_k T_k dslip_k`` of an increment that ends at ``strain`` [J/m^3]."""

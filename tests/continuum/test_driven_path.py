@@ -122,6 +122,32 @@ def test_turned_wire_on_a_turned_path():
         a, b = first.state, second.state
 
 
+@pytest.mark.parametrize(("dimension", "stiff"), [(2, 1e4), (3, 1e5)])
+def test_a_reversal_of_stiff_sand_takes_few_responses(dimension, stiff, monkeypatch):
+    """An increment that leaves no pressure has no tangent, and is halved at once: it was tried 180 times over."""
+    calls, respond = [], TexSol.material_point
+    monkeypatch.setattr(TexSol, "material_point", lambda *given: (calls.append(1), respond(*given))[1])
+    axial = -np.concatenate([np.linspace(0.0, 0.03, 41)[1:], np.linspace(0.03, 0.0, 41)[1:]])
+    test = biaxial if dimension == 2 else triaxial
+    path = test(TexSol(sand(dimension, stiff=stiff)), axial, pressure=P)
+    assert path.residual.max() <= 1e-10
+    assert len(calls) < 500
+
+
+def test_a_compression_goes_on_from_what_was_sheared():
+    """The walls stay where they are: an increment of next to nothing does next to nothing."""
+    material = TexSol(sand())
+    strains, stresses = np.full((20, 6), NAN), np.full((20, 6), NAN)
+    strains[:, 3:5], strains[:, 5], stresses[:, :3] = 0.0, np.linspace(0.0, 0.02, 21)[1:], -P
+    sheared = drive(material, material.start(P), strains, stresses).state
+    path = triaxial(material, [sheared.strain[2] - 1e-9], pressure=P, state=sheared)
+    np.testing.assert_allclose(path.strain[0], sheared.strain, atol=1e-8)
+    np.testing.assert_allclose(path.stress[0], sheared.stress, atol=1e-3 * P)
+    pressed = triaxial(material, -np.linspace(0.0, 0.01, 11)[1:], pressure=P).state
+    path = biaxial(material, [pressed.strain[1] - 1e-9], pressure=P, state=pressed)
+    assert path.strain[0, 2] == pressed.strain[2]
+
+
 def test_work_is_stored_or_lost():
     """Work of a path = what the wire stores + what slips + what the sand loses, to the order of the increments."""
     material = texsol(anchorage=1e-5)
@@ -235,6 +261,10 @@ def test_a_thousand_increments_are_fast(anchorage):
         (lambda: drive(TexSol(sand(2)), TexSol(sand(2)).start(P), [[0.0] * 3], [[NAN] * 2 + [1.0]]), "component 2 .* both"),
         (lambda: drive(TexSol(sand(2)), TexSol(sand(2)).start(P), [[NAN] * 3], [[NAN] * 3]), "component 0 .* neither"),
         (lambda: drive(TexSol(sand(2)), TexSol(sand(2)).start(P), [[0.0] * 6], [[NAN] * 6]), r"shape \(s, 3\) in 2D"),
+        (lambda: drive(TexSol(sand()), TexSol(sand(2)).start(P), [[0.0] * 6], [[NAN] * 6]), "of another dimension"),
+        (lambda: drive(TexSol(sand()), texsol().start(P), [[0.0] * 6], [[NAN] * 6]), "directions of wire, and not 0"),
+        (lambda: drive(TexSol(sand()), TexSol(sand()).start(P), [[0.0] * 6], [[NAN] * 6], "q"), "axis cannot be 'q'"),
+        (lambda: triaxial(TexSol(sand()), [-0.1], pressure=P, state=3), "state must be a PointState"),
     ],
 )
 def test_bad_arguments_are_sentences(call, sentence):

@@ -76,6 +76,20 @@ def test_a_turned_sample_has_the_turned_stress(dimension):
         assert other.kappa == pytest.approx(answer.kappa, rel=1e-9)
 
 
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("critical", [0.0, 1e-17, 1e-15])
+def test_sand_without_friction_keeps_its_pressure(dimension, critical):
+    """It loses its deviator, and round-off at the end of the way is no lack of a root."""
+    material = sand(dimension, critical=critical, peak=0.0, dilation=0.0)
+    rng = np.random.default_rng(4)
+    for _ in range(200):
+        increment = 1e-3 * rng.standard_normal(SIZE[dimension])
+        increment[:dimension] -= increment[:dimension].mean()
+        p, q = material.invariants(material.respond(increment, -P * identity(dimension), 0.0).stress)
+        assert p == pytest.approx(P, rel=1e-12)
+        assert q <= 1e-10 * P
+
+
 @given(st.integers(0, 2**31), st.sampled_from([2, 3]), st.sampled_from([1e-5, 1e-3, 1e-2]), st.floats(0.0, 1.0))
 def test_flow_never_gains_work(seed, dimension, size, dilation):
     """sigma . deps_p = p (M dgamma - V), deps_p what the elastic part does not hold, M at the end of the increment and V

@@ -325,6 +325,15 @@ def test_derivatives_while_wires_slip(anchorage, EA):
     assert slips >= 2
 
 
+@pytest.mark.parametrize("stretch", [np.nan, np.inf, 1e308])
+@pytest.mark.filterwarnings("ignore:.*encountered in:RuntimeWarning")
+def test_a_strain_that_is_no_number_ends(stretch):
+    """What Newton's method of another code may ask for as it diverges."""
+    wire = WireNetwork(1e4, 100.0, layers("z", 0.2, 60), anchorage=GROWS)
+    answer = wire.respond(np.array([stretch, 0.0, 0.0, 0.0, 0.0, 0.0]), np.zeros(len(wire.directions)), 1e5)
+    assert not np.isfinite(answer.stress).all() or np.abs(answer.stress).max() < 1e300
+
+
 def test_a_path_with_a_growing_anchorage_is_driven():
     """100 and 400 increments of a triaxial test give the same stresses."""
     sand = DruckerPrager(
@@ -346,6 +355,7 @@ def test_a_path_with_a_growing_anchorage_is_driven():
         (lambda: GrowingAnchorage([0.0, 0.1], [2.0, 1.0]), "strength must be 2 numbers above zero that do not fall"),
         (lambda: GrowingAnchorage([0.0, 0.1], [1.0]), "strength must be 2 numbers above zero"),
         (lambda: GrowingAnchorage([0.0], [0.0]), "strength must be 1 numbers above zero"),
+        (lambda: WireNetwork(1.0, 1.0, isotropic(3), anchorage=np.ones(2)), "anchorage must be a number"),
         (lambda: GrowingAnchorage([0.0], ["much"]), "strength must be one number for each slip"),
         (lambda: WireNetwork(0.0, 1.0, isotropic(2)), "length must be above 0"),
         (lambda: WireNetwork(1.0, -1.0, isotropic(2)), "axial_rigidity must be above 0"),
