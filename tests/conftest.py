@@ -15,8 +15,6 @@ Hypothesis draws the same examples at every run and keeps no data base. Ctrl-C i
 """
 
 import signal
-import zlib
-from collections import defaultdict
 from pathlib import Path
 
 import pytest
@@ -57,22 +55,10 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         in_both = item.get_closest_marker("scaled") or is_hypothesis_test(getattr(item, "obj", None))
         if in_both and suites.LONG:
             item.add_marker(pytest.mark.long)
-    leave_out_all_but_one_in(config, items)
+    suites.leave_out_all_but_one_in(config, items)
     if not any("::" in argument for argument in config.args) and not all(some.values()):
         none = [test for test, chosen in some.items() if not chosen]
         raise pytest.UsageError(f"default_parameters leaves the default suite without any parameters of {none}.")
-
-
-def leave_out_all_but_one_in(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Deselect long parameters of each test by the hash of their names, but the one of the least hash."""
-    many = config.getoption("one_in")
-    tests: dict[str, dict[pytest.Item, int]] = defaultdict(dict)
-    for item in items:
-        if many > 1 and item.get_closest_marker("long"):
-            tests[item.nodeid.partition("[")[0]][item] = zlib.crc32(item.nodeid.encode())
-    out = {item for by in tests.values() for item, value in by.items() if value % many and value > min(by.values())}
-    config.hook.pytest_deselected(items=list(out))
-    items[:] = [item for item in items if item not in out]
 
 
 def is_default(callspec, mark: pytest.Mark) -> bool:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from types import SimpleNamespace
 
 import pytest
-from conftest import leave_out_all_but_one_in
+from suites import leave_out_all_but_one_in
 
 
 @dataclass(frozen=True)
