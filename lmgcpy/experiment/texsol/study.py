@@ -403,9 +403,9 @@ class Study3D(TexSolStudy):
         whole(self.wires, "wires", minimum=1)
 
     def quick(self) -> Study3D:
-        """A study of a small dense sample with much wire, for a first look: 400 grains and 400 beads, 8 % crushing. Across
-        the layers the rigid wire adds 25 % to the late deviator with seed 0, and nothing that is resolved with seed 1."""
-        return replace(self, grain_count=400, bead_count=400, preparation="dense", strain=0.08)
+        """A study of a small dense sample with much wire, for a first look: 400 grains and 800 beads, 8 % crushing. Across
+        the layers the rigid wire adds 36, 56 and 25 % to the late deviator with seeds 0, 1 and 2."""
+        return replace(self, grain_count=400, bead_count=800, preparation="dense", strain=0.08)
 
     @property
     def has_own_mass(self) -> bool:
