@@ -20,7 +20,6 @@ from table import report
 
 import lmgcpy as lm
 from lmgcpy.experiment import Sample, Study3D, compact
-from lmgcpy.experiment.texsol.study import DENSITY
 
 BOUNDS = ({"tolerance": 1e-3, "force": 1.0}, *({"tolerance": 1e-2, "force": f} for f in (5e-3, 1e-2, 2e-2)))
 HEADER = ["wire", "relaxed", "seed", "residual", "force", "steps", "sweeps a step", "unsolved", "solid fraction"]
@@ -38,9 +37,7 @@ def straight(sample: Sample, links: int) -> float:
 def rows(study: Study3D) -> list[list]:
     """The rows of one sample."""
     laid = study.lay_sample()
-    options = study.relaxation(laid)
-    if study.preparation == "loose":
-        options |= {"friction": study.friction, **study.of_wire}
+    options = study.compaction(laid)
     found = []
     for bound in BOUNDS:
         begin = time.process_time()
@@ -48,7 +45,7 @@ def rows(study: Study3D) -> list[list]:
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "run.h5"
             options |= {"solver": solver, "file": file}
-            compacted = compact(laid, pressure=study.pressure, density=DENSITY, **options)
+            compacted = compact(laid, **options)
             with lm.io.open_run(file) as run:
                 sweeps = run.history[:]["iterations"]
         seconds = time.process_time() - begin

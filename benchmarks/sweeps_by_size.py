@@ -2,8 +2,7 @@
 
 Dense samples of spheres are compressed by 2 % at an inertial number I of 2e-3; steps are solved to a residual of 1e-2 and
 to errors of force of I, 2 I and 4 I, by accelerated sweeps with a momentum of at most 0.9. The reference is the same test
-to an error of force of I/4, of 30 000 spheres I/2. Deviator: mean over the last three quarters;
-volume: at the end.
+to an error of force of I/4, of 30 000 spheres I/2. Deviator: mean over the last three quarters; volume: at the end.
 
     python benchmarks/sweeps_by_size.py [SPHERES [SEED ...]]
 """

@@ -1,8 +1,9 @@
 """A thread that is drawn over a drum and over a corner, by the distance of its nodes: docs/threads.md.
 
 Ratio of the tensions before and behind half a turn around a fixed drum of radius R, friction 0.3, thread of radius 0.08 R,
-drawn at 0.01 R a step, over Euler's; and over a sharp corner of 45 and 90 degrees by the radius r of the thread, drawn at
-0.02 r a step. Means, least and greatest values of steps over which three distances of nodes are drawn, after one.
+drawn at 0.01 R a step, over that of a thick thread; and over a sharp corner of 45 and 90 degrees by the radius r of the
+thread, drawn at 0.02 r a step, over Euler's for a thin one. Means, least and greatest values of steps over which three
+distances of nodes are drawn, after one.
 
     python benchmarks/thread_bends.py
 """
@@ -59,7 +60,8 @@ def drum(distance: float) -> list:
     scene.see("GRAIN", "THREAD", lm.Coulomb(friction=FRICTION))
     found = ratios(scene, laid(angle, size + radius, distance * size), angle, radius, 0.01 * size / STEP)
     share = radius / (size + radius)
-    k = (1.0 - share) * FRICTION  # of a thick thread, docs/threads.md
+    # of a thick thread: k (1 + share mu k) = (1 - share) mu, docs/threads.md
+    k = (math.sqrt(1.0 + 4.0 * share * FRICTION * (1.0 - share) * FRICTION) - 1.0) / (2.0 * share * FRICTION)
     return row("drum, 180 degrees", f"{distance:g} R", found, math.exp(k * angle))
 
 
@@ -82,4 +84,4 @@ if __name__ == "__main__":
     warnings.simplefilter("ignore")  # nodes are laid a little off the bend, and pulled onto it in the first step
     rows = [drum(distance) for distance in (0.2, 0.5, 1.0, 1.4, 2.0)]
     rows += [corner(degrees, distance) for degrees in (45.0, 90.0) for distance in (2.5, 5.0, 10.0)]
-    report("thread_bends", ["bend", "distance of nodes", "Euler", "mean ratio over it", "least", "greatest"], rows)
+    report("thread_bends", ["bend", "distance of nodes", "expected", "mean ratio over it", "least", "greatest"], rows)

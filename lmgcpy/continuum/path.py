@@ -103,7 +103,7 @@ def drive(material: TexSol, state: PointState, strains: Any, stresses: Any, axis
     """
     if not isinstance(material, TexSol):
         raise TypeError(f"material must be a TexSol, got {shown(material)}.")
-    check_state(material, state)
+    _check_state(material, state)
     if axis:
         one_of(axis, "axis", AXES[: material.dimension])
     imposed, held = _rows(strains, "strains", material), _rows(stresses, "stresses", material)
@@ -136,7 +136,7 @@ def drive(material: TexSol, state: PointState, strains: Any, stresses: Any, axis
     return DrivenPath(strain, sand + wire, sand, wire, kappa, residual, steps, state, axis)
 
 
-def check_state(material: TexSol, state: Any) -> None:
+def _check_state(material: TexSol, state: Any) -> None:
     """Raise TypeError or ValueError if this is no state of the material."""
     if not isinstance(state, PointState):
         raise TypeError(f"state must be a PointState, such as material.start(pressure) gives, got {shown(state)}.")
@@ -244,7 +244,7 @@ def _compression(
     if axial.ndim != 1 or not len(axial):
         raise ValueError(f"axial_strain must be of shape (s,), got {axial.shape}.")
     start = material.start(pressure) if state is None else state
-    check_state(material, start)
+    _check_state(material, start)
     strains, stresses = np.tile(start.strain, (len(axial), 1)), np.full((len(axial), size), np.nan)
     strains[:, along] = axial
     for side in range(d):

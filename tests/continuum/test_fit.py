@@ -151,6 +151,7 @@ def test_a_fit_is_always_a_sand(seed):
         (lambda: fit_sand("run"), "measured must be a MeasuredCompression or a list of them"),
         (lambda: fit_sand([]), "measured must be a MeasuredCompression or a list of them"),
         (lambda: fit_sand([measured(2), measured(3)]), "must be of one dimension"),
+        (lambda: fit_sand(measured(2), bulk_modulus=np.ones(2)), "bulk_modulus must be a number"),
         (lambda: MeasuredCompression("z", np.zeros((30, 2)), np.zeros((30, 2))), "axis cannot be 'z'"),
         (lambda: MeasuredCompression("y", np.zeros((30, 2)), np.zeros((30, 3))), "stress must have the shape of strain"),
         (lambda: MeasuredCompression("y", np.zeros((3, 2)), np.zeros((3, 2))), "at least 20 moments"),

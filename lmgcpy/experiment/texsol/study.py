@@ -201,7 +201,7 @@ class TexSolStudy(Study):
         """The sample before its relaxation."""
 
     def relaxation(self, laid: Sample) -> dict[str, Any]:
-        """Options of :func:`lmgcpy.experiment.compaction.compact` for the laid sample."""
+        """Options of :func:`lmgcpy.experiment.compaction.compact` that only some studies have."""
         return {}
 
     @property
@@ -258,10 +258,13 @@ class TexSolStudy(Study):
             tick(1)
         return laid
 
-    def prepare(self, laid: Sample, site: Site) -> Compaction:
+    def compaction(self, laid: Sample) -> dict[str, Any]:
+        """All options of :func:`lmgcpy.experiment.compaction.compact` for the laid sample."""
         options = {"pressure": self.pressure, "density": DENSITY, "max_steps": RELAXATION_STEPS, **self.relaxation(laid)}
-        if self.preparation == "loose":
-            options |= {"friction": self.friction, **self.of_wire}
+        return options | ({"friction": self.friction, **self.of_wire} if self.preparation == "loose" else {})
+
+    def prepare(self, laid: Sample, site: Site) -> Compaction:
+        options = self.compaction(laid)
         return site.run("compaction", "relaxation to the pressure", options["max_steps"], compact, laid, **options)
 
     def tests(self, prepared: Compaction, done: Mapping[str, Any]) -> list[Task]:
