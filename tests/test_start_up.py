@@ -136,18 +136,19 @@ scene.add(lm.wall(point=(0, 0), normal=(0, 1)))
 scene.see("GRAIN", "WALL", lm.Coulomb(friction=0.3))
 lm.Simulation(scene, time_step=1e-3).step()
 from numba.core.runtime import rtsys
-print("scipy.linalg" in sys.modules, "numba.np.arraymath" in sys.modules, "_compiled" in vars(rtsys.library))
+compilers = ("scipy.linalg", "numba.np.arraymath", "numba.np.arrayobj")
+print(*(name for name in compilers if name in sys.modules), "_compiled" in vars(rtsys.library))
 """
 
 
 def test_a_process_that_finds_its_kernels_imports_nothing_of_the_compiler():
     """numba's registries, and scipy.linalg with them, are half of the time from the start to the first step; numba's
-    functions for allocated memory are a seventh of the memory of a process."""
+    functions for allocated memory and for arrays are a fifth of the memory of a process."""
     child(FALL)  # fills the cache
     loaded, compiled, printed = kernels(FALL)
     assert len(loaded) > 10
     assert not compiled
-    assert printed[0] == "False False False"
+    assert printed[0] == "False"
 
 
 LIBRARIES = """

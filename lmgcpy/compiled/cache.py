@@ -19,13 +19,15 @@ import hashlib
 import os
 import pickle
 import stat
+import sys
 from collections.abc import Callable
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
 from numba.core.caching import NullCache
-from numba.core.compiler import CompileResult
+from numba.core.compiler import CompileResult, compile_result
+from numba.core.environment import Environment, lookup_environment
 from numba.core.runtime import nrtdynmod, rtsys
 from numba.core.serialize import dumps
 from numba.core.sigutils import normalize_signature
@@ -110,8 +112,7 @@ class KernelCache(NullCache):
 
         If another process is compiling the same code, it waits for that process and then looks again.
         """
-        # only the symbols to which machine code is linked: the compiler's registries take four times as long as all kernels
-        rtsys.initialize(context)
+        _make_ready(context)
         arguments, _ = normalize_signature(signature)
         try:
             path = self._path(arguments, context.codegen())
@@ -155,7 +156,7 @@ class KernelCache(NullCache):
             return
         if _is_open_to_others(path.parent):
             return
-        code = dumps(result._reduce())
+        code = dumps(_parts(result))
         try:
             for folder in (path.parent.parent, path.parent):
                 folder.mkdir(mode=0o755, parents=True, exist_ok=True)
@@ -176,6 +177,15 @@ class KernelCache(NullCache):
         return cache_directory() / "kernels" / f"{self.stem}-{hashlib.sha256(key.encode()).hexdigest()[:16]}.kernel"
 
 
+@cache
+def _make_ready(context: Any) -> None:
+    """Give the symbols to which machine code is linked; the compiler's registries would take four times as long as all
+    kernels. numba's engine starts with a module in which there is nothing: to compile that would take 5 MB."""
+    rtsys.initialize(context)
+    codegen = context.codegen()
+    codegen._engine._ee.remove_module(codegen._llvm_module)
+
+
 def _read(path: Path, arguments: tuple, context: Any) -> CompileResult | None:
     """The code in a file; None if there is no usable code."""
     try:
@@ -185,12 +195,79 @@ def _read(path: Path, arguments: tuple, context: Any) -> CompileResult | None:
     if hashlib.sha256(content[DIGEST:]).digest() != content[:DIGEST]:
         return None
     try:
-        result = CompileResult._rebuild(context, *pickle.loads(content[DIGEST:]))
+        result = _result(context, *pickle.loads(content[DIGEST:]))
     except (
         Exception
     ):  # a whole file may still not load here: a type that the kernel takes has moved to another module, for example
         return None
     return result if result.signature.args == arguments else None
+
+
+def _parts(result: Any) -> tuple:
+    """What :func:`_result` needs of a kernel.
+
+    numba would also keep its bitcode, for other code that it is linked into, and import the modules of all functions in it.
+    No kernel is linked into other code; that saves two thirds of the file, and most of the memory of a loaded kernel.
+    """
+    library, fndesc = result.library, result.fndesc
+    fndesc.typemap = fndesc.calltypes = None  # of the compiler, which is done with them
+    names = (fndesc.llvm_func_name, fndesc.llvm_cpython_wrapper_name, fndesc.llvm_cfunc_wrapper_name)
+    entries = [name for name in names if library.codegen._engine.is_symbol_defined(name)]
+    environments = [
+        (one.globals["__name__"], one.consts, one.env_name)
+        for one in (result.environment, *result._find_referenced_environments())
+    ]
+    code = library._get_compiled_object()
+    return library.name, code, entries, fndesc, environments, result.signature, result.lifted, result.reload_init
+
+
+def _result(
+    context: Any,
+    name: str,
+    code: bytes,
+    entries: list[str],
+    fndesc: Any,
+    environments: list[tuple[str, list, str]],
+    signature: Any,
+    lifted: tuple,
+    reload_init: list[Callable[[], None]],
+) -> Any:
+    """The kernel made of these parts, ready to be called in this process."""
+    for function in reload_init:
+        function()
+    library = context.codegen().create_library(name)
+    library.enable_object_caching()
+    library._set_compiled_object(code)
+    library._finalize_final_module()
+    library.codegen._engine._defined_symbols.update(entries)
+    own, *others = [_environment(*parts) for parts in environments]
+    entry_point = context.get_executable(library, fndesc, own)
+    for one in others:
+        library.codegen.set_env(one.env_name, one)
+    return compile_result(
+        target_context=context,
+        typing_context=context.typing_context,
+        library=library,
+        environment=own,
+        entry_point=entry_point,
+        fndesc=fndesc,
+        signature=signature,
+        objectmode=False,
+        lifted=lifted,
+        reload_init=reload_init,
+        referenced_envs=others,
+    )
+
+
+def _environment(module: str, constants: list, name: str) -> Environment:
+    """The environment of a function in machine code: strings that it prints, Python that it calls."""
+    environment = lookup_environment(name)
+    if environment is None:
+        environment = Environment(vars(sys.modules[module]) if module in sys.modules else {"__name__": module})
+        environment.consts[:] = constants
+        environment.env_name = name
+        Environment._memo[name] = environment
+    return environment
 
 
 def _content(path: Path) -> bytes:

@@ -11,7 +11,8 @@ import numba
 import numpy as np
 import pytest
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import CompileResult
+from numba.core.compiler import CompileResult, compile_result
+from numba.core.environment import Environment
 from numba.core.errors import NumbaError
 from numba.core.registry import cpu_target
 from numba.core.typing.templates import builtin_registry
@@ -88,13 +89,17 @@ def test_numba_has_the_private_attributes_that_the_room_reads():
     read = [
         (function, ("_cache", "_can_compile", "_compiler", "stats", "targetoptions", "locals", "typeof_pyval")),
         (function._compiler, ("compile",)),
-        (CompileResult, ("_reduce", "_rebuild")),
+        (CompileResult, ("_find_referenced_environments",)),
+        (compile_result(), ("lifted", "reload_init", "referenced_envs", "entry_point", "fndesc", "environment")),
+        (Environment, ("_memo", "consts", "globals")),
         (context, ("data_model_manager", "get_abi_sizeof", "get_data_type", "get_value_type", "get_dummy_value")),
         (type(context), ("nrt",)),  # of the context itself it would be made
-        (context.codegen(), ("magic_tuple",)),
+        (context.codegen(), ("magic_tuple", "create_library", "set_env", "_llvm_module")),
+        (context.codegen()._engine, ("is_symbol_defined", "_defined_symbols", "_ee")),
         (JITCodeLibrary, ("codegen", "add_ir_module", "enable_object_caching", "get_pointer_to_function")),
         (JITCodeLibrary, ("_optimize_final_module", "_finalize_final_module", "_finalize_dynamic_globals")),
-        (JITCodeLibrary, ("_verify_declare_only_symbols", "_ensure_finalized", "_finalized")),
+        (JITCodeLibrary, ("_verify_declare_only_symbols", "_ensure_finalized")),
+        (JITCodeLibrary, ("_get_compiled_object", "_set_compiled_object")),
         *((template, ("key",)) for template in (*builtin_registry.functions, *builtin_registry.attributes)),
     ]
     missing = [f"{name} of {of}" for of, names in read for name in names if not hasattr(of, name)]
