@@ -32,7 +32,7 @@ def heap(dimension: int, count: int) -> lm.Simulation:
     for i in range(count):
         cell = np.array([i // side**axis % side for axis in range(dimension - 1)] + [i // side ** (dimension - 1)])
         place = RADIUS * (2.05 * cell + 1.05)
-        place[0] += 0.1 * RADIUS * rng.random()
+        place[0] += 0.04 * RADIUS * rng.random()
         scene.add(grain(radius=RADIUS, position=tuple(place), material=stone))
     width = RADIUS * (2.05 * side + 0.2)
     scene.add(lm.wall(point=(0.0,) * dimension, normal=tuple(up)))
