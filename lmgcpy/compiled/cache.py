@@ -218,7 +218,7 @@ def _parts(result: Any) -> tuple:
         for one in (result.environment, *result._find_referenced_environments())
     ]
     code = library._get_compiled_object()
-    return library.name, code, entries, fndesc, environments, result.signature, result.lifted, result.reload_init
+    return library.name, code, entries, fndesc, environments, result.signature, result.reload_init
 
 
 def _result(
@@ -229,7 +229,6 @@ def _result(
     fndesc: Any,
     environments: list[tuple[str, list, str]],
     signature: Any,
-    lifted: tuple,
     reload_init: list[Callable[[], None]],
 ) -> Any:
     """The kernel made of these parts, ready to be called in this process."""
@@ -253,14 +252,14 @@ def _result(
         fndesc=fndesc,
         signature=signature,
         objectmode=False,
-        lifted=lifted,
+        lifted=(),
         reload_init=reload_init,
         referenced_envs=others,
     )
 
 
 def _environment(module: str, constants: list, name: str) -> Environment:
-    """The environment of a function in machine code: strings that it prints, Python that it calls."""
+    """The environment of a function in machine code: what it prints, and what the errors say that it raises."""
     environment = lookup_environment(name)
     if environment is None:
         environment = Environment(vars(sys.modules[module]) if module in sys.modules else {"__name__": module})

@@ -90,7 +90,7 @@ def test_numba_has_the_private_attributes_that_the_room_reads():
         (function, ("_cache", "_can_compile", "_compiler", "stats", "targetoptions", "locals", "typeof_pyval")),
         (function._compiler, ("compile",)),
         (CompileResult, ("_find_referenced_environments",)),
-        (compile_result(), ("lifted", "reload_init", "referenced_envs", "entry_point", "fndesc", "environment")),
+        (compile_result(), ("reload_init", "referenced_envs", "entry_point", "fndesc", "environment")),
         (Environment, ("_memo", "consts", "globals")),
         (context, ("data_model_manager", "get_abi_sizeof", "get_data_type", "get_value_type", "get_dummy_value")),
         (type(context), ("nrt",)),  # of the context itself it would be made
