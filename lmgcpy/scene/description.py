@@ -202,7 +202,7 @@ def describe(scene: Scene) -> dict[str, Any]:
             **({"points": _points([node for chain in scene.chains for node in chain.nodes])} if at_points else {}),
         },
         **({"joints": joints} if scene.joints else {}),
-        **({"skins": described_skins(scene.skins)} if scene.skins else {}),
+        **({"skins": described_skins(scene.skins), **_elements_after(scene)} if scene.skins else {}),
         **({"forces": _many_forces(scene._many_forces)} if scene._many_forces else {}),
         "laws": [
             {"name": law.NAME, "distribution": _distribution(law), "parameters": law.values} for law in laws
@@ -256,6 +256,8 @@ def build(description: Mapping[str, Any], *, settled: bool = False) -> Scene:
             tied, where = (scene.bodies[a], scene.bodies[b]), (_given(at[0]), _given(at[1]))
             scene.link(*tied, laws[law], at=where, neighbours_collide=bool(collide))
     _add_skins(scene, description)
+    if "elements_after" in description:
+        scene._elements_after = int(description["elements_after"])
     scene._settled = False
     if "media" in description:
         scene._media = media_of(description["media"], len(scene.bodies))
@@ -311,6 +313,12 @@ def described_skins(skins: Sequence[Skin]) -> dict[str, dict[str, Any]]:
         }
         for k, skin in enumerate(skins)
     }
+
+
+def _elements_after(scene: Scene) -> dict[str, int]:
+    """The number of bodies before the surfaces between bodies, if others came later: contactors keep their numbers."""
+    there = scene._elements_after
+    return {} if there is None or there == len(scene.bodies) else {"elements_after": there}
 
 
 def _many_forces(many: Sequence[ManyForces]) -> dict[str, dict[str, Any]]:

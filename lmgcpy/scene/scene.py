@@ -79,8 +79,9 @@ class Scene:
     def __init__(self, *, dimension: int, gravity: Any = None):
         self.dimension = whole(dimension, "dimension", minimum=2, maximum=3)
         self._compiled = False
-        self._made_with: int | None = None
-        """How many bodies the scene had when it was compiled."""
+        self._elements_after: int | None = None
+        """Number of bodies to whose contactors those of surfaces between bodies come next: all that there were as the scene
+        was compiled first."""
         self._settled = False  # links are as long as the steps of a run have left them
         self._state: BodyState | None = None
         self._at_start: list[tuple[Any, Any, bool]] = []
@@ -887,7 +888,9 @@ class Scene:
 
     def hand_over(self, state: BodyState) -> None:
         """Make the bodies views of a simulation's state. From then on only statements between steps change the scene."""
-        self._compiled, self._made_with = True, len(self.bodies)
+        self._compiled = True
+        if self._elements_after is None:  # else a run goes on with bodies that came later
+            self._elements_after = len(self.bodies)
         self._state = state
         self._gravity_at_start = self._gravity
         self._at_start = [(body._velocities, body._forces, body._hidden) for body in self.bodies]
@@ -997,7 +1000,7 @@ class Scene:
         """The table of contactors with those of the surfaces between bodies."""
         if not self.skins:
             return contactors
-        before = len(self.bodies) if self._made_with is None else self._made_with
+        before = len(self.bodies) if self._elements_after is None else self._elements_after
         tables = [skin.table for skin in self.skins]
         points = start.rows[:, : self.dimension]
         crossed = crossing(None if self._cell is None else self._cell.lattice, points)

@@ -414,3 +414,27 @@ def test_a_file_that_begins_after_a_change_of_the_step_holds_impulses_of_its_own
     sim.run(steps=0, record=tmp_path / "run.h5")
     whole, again = sim.run(steps=3), lm.resume(tmp_path / "run.h5").run(steps=3)
     same_bits(whole, again)
+
+
+@pytest.mark.parametrize("late", [1, 3])
+def test_a_run_with_a_thread_goes_on_after_bodies_were_added(tmp_path, late):
+    """Contactors keep the numbers by which impulses are remembered: those of late bodies come after the segments."""
+    scene = lm.Scene(dimension=2, gravity=(0.0, -9.81))
+    nodes = [scene.add(lm.point_mass(position=(0.1 * k, 0.0), mass=0.02)) for k in range(9)]
+    nodes[0].fix()
+    nodes[-1].fix()
+    scene.chain(nodes, lm.ElasticWire(stiffness=2e3), surface=lm.Thread(0.01))
+    for k in range(4):
+        place = (0.22 + 0.13 * k, 0.065)
+        scene.add(lm.disk(radius=0.05, position=place, mass=1.0, velocity=(0.1 * k, -0.2)))
+    for other in ("GRAIN", "THREAD"):
+        scene.see("GRAIN", other, lm.Coulomb(friction=0.3))
+    sim = lm.Simulation(scene, time_step=1e-3, solver=lm.Auto(tolerance=1e-9)).run(steps=60)
+    for k in range(late):
+        scene.add(lm.disk(radius=0.05, position=(0.2 + 0.15 * k, 0.9), mass=1.0))
+    file = tmp_path / "run.h5"
+    sim.run(steps=20).run(steps=40, record=file, every=10)
+    again = lm.resume(file).run(steps=30)
+    sim.run(steps=30)
+    np.testing.assert_array_equal(again.positions, sim.positions)
+    assert len(sim.interactions) > 8
