@@ -65,6 +65,7 @@ class Assembler:
         time_step: float,
         positions: np.ndarray,
         before: np.ndarray,
+        written: np.ndarray | None,
         free_velocity: np.ndarray,
         mobility: np.ndarray,
         more: np.ndarray | None,
@@ -74,8 +75,9 @@ class Assembler:
         """The arrays of a step from its interactions, with the numbers that each law prepares.
 
         ``positions`` of the detection, (n, 3); ``before`` and ``free_velocity``: velocities of the bodies at the start of
-        the step and without impulses, (n, k); ``mobility``: inverse masses in the step, (n, k), see
-        :mod:`lmgcpy.dynamics.drag`; ``more``: see :func:`~lmgcpy.dynamics.sweep_mass.sweep_mass`.
+        the step and without impulses, (n, k); ``written``: ways to this detection that the last step did not know of,
+        (n, k), or None; ``mobility``: inverse masses in the step, (n, k), see :mod:`lmgcpy.dynamics.drag`; ``more``: see
+        :func:`~lmgcpy.dynamics.sweep_mass.sweep_mass`.
         """
         model, groups = self._model, detector.groups
         cell = model.cell_in_step(before, free_velocity)
@@ -102,7 +104,7 @@ class Assembler:
             for group in kept.by_law:  # before the relative velocities
                 if group.form != "central":
                     fill_moments(group.start, group.stop, kept.system)
-        fill(kept, time, time_step, positions, before, free_velocity)
+        fill(kept, time, time_step, positions, before, written, free_velocity)
         if cell is not None:
             kept.system.farness[cell.lattice.rows] = 0.0
         return kept
@@ -250,12 +252,15 @@ def fill(
     time_step: float,
     positions: np.ndarray,
     before: np.ndarray,
+    written: np.ndarray | None,
     free_velocity: np.ndarray,
 ) -> None:
     """Fill the arrays of a step, and let each law prepare its numbers; arguments as of :meth:`Assembler.assemble`."""
     system = problem.system
     # in a third of the time of _replace
     problem.data = data = StepData._make([*problem.data[:6], time, time_step, problem.data.at])
+    if written is not None:  # a contact is closer by these ways, and not because anything turned
+        data.state[:, -1] += problem.relative_velocities(written)[:, 0]
     of_bodies = problem.free_velocity, system.velocity, system.farness
     enter(time_step, problem.dimension, positions, free_velocity, *of_bodies, *data[:2], data.state, problem.keeps_gap)
     light = problem.light

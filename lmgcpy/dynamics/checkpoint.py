@@ -20,6 +20,8 @@ class Checkpoint:
     """(x, y, angle) [m, m, rad], (n, 3); in 3D see ``lmgcpy/contact/positions.py``."""
     velocities: np.ndarray
     """[m/s, rad/s], (n, k); the spins of bodies that turn in space along their own axes."""
+    left: np.ndarray
+    """Velocities at the end of the last step, (n, k): those above may have been written since."""
     time: float
     """[s]."""
     time_step: float

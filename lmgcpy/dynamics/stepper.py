@@ -81,7 +81,7 @@ class Found(NamedTuple):
 
 CHANGED = (
     *("model", "steps", "report", "energy", "unconverged_steps", "worst_residual", "worst_slip", "_scheme"),
-    *("_last", "_links", "_levers", "_straight_spans", "_displacement_watch"),
+    *("_last", "_left", "_links", "_levers", "_straight_spans", "_displacement_watch"),
 )
 """Attributes of a simulation that a step or a restore sets, besides detector and assembler."""
 
@@ -143,6 +143,8 @@ class Stepper:
         self._last: tuple[StepProblem, Interactions] | None = None
         self._scheme = self.time_step, self.theta
         """Time step and theta of the step that gave the remembered impulses."""
+        self._left = self.state.velocities.copy()
+        """Velocities at the end of that step, (n, k): they may have been written since."""
         self.unconverged_steps = 0
         self.worst_residual = 0.0
         self.worst_slip = 0.0
@@ -204,10 +206,11 @@ class Stepper:
         sentences = self._take_statements()
         earlier = self._draw_chains()
         h, theta, state, v = self.time_step, self.theta, self.state, self.state.velocities
+        written = None if np.array_equal(v, self._left) else (1.0 - theta) * h * (v - self._left)
         self._move(v, (1.0 - theta) * h, v, 0.0, CellMotion.first_move)  # (1)
         driven, driven_last = self._turn((1.0 - theta) * h, v, state.positions), 0.0
         flight = self._free_flight(v)  # (2)
-        found = self._find_impulses(v, flight, earlier)  # (3), (4)
+        found = self._find_impulses(v, flight, earlier, written)  # (3), (4)
         problem = found.problem
         dissipated = dissipated_by_law(problem)
         problem.commit()
@@ -228,6 +231,7 @@ class Stepper:
         self.energy.turn(driven, driven_last)
         sentences += self._watched(found, flight.force, v)
         state.velocities[:] = after
+        self._left = state.velocities.copy()
         state.time += h
         self.steps += 1
         state.steps = self.steps
@@ -259,6 +263,7 @@ class Stepper:
     def _take_changes(self) -> list[str]:
         """Take over the changes of the scene by the statements since the last step; returns sentences for the user."""
         before, model = len(self.model.mass), self.scene.changed(self.model)
+        self._left = np.concatenate([self._left, self.state.velocities[len(self._left) :]])
         sentences: list[str] = []
         if len(model.mass) > before or model.rows is not self.model.rows:
             if len(model.mass) > before and self.state.overlap == "warn":  # with "stop" it was refused as it was added
@@ -374,12 +379,15 @@ class Stepper:
         cell = self.model.cell
         return cell.volume(self.state.positions) if cell is not None and load.body in cell.lattice.rows else 1.0
 
-    def _find_impulses(self, before: np.ndarray, flight: Flight, earlier: list[ChainTable] | None) -> Found:
+    def _find_impulses(
+        self, before: np.ndarray, flight: Flight, earlier: list[ChainTable] | None, written: np.ndarray | None
+    ) -> Found:
         """Detect, assemble and solve; do so a second time if bodies got so fast that contacts were not seen. ``earlier``:
-        the chains before they were drawn in or let out, if any was."""
+        the chains before they were drawn in or let out, if any was; ``written``: ways on to the detection that bodies got
+        by velocities that were written between the steps (n, k), if any was."""
         far, h = self._displacement_watch, self.time_step
         moves = far.measure(before, h)
-        interactions, given, solved, held = self._detect_and_solve(before, flight, moves)
+        interactions, given, solved, held = self._detect_and_solve(before, flight, moves, written)
         after = far.measure(solved.system.velocity, h)
         if far.unseen(moves, after, self._detector.widest):
             report, velocity = self.report, solved.system.velocity.copy()
@@ -387,7 +395,9 @@ class Stepper:
             if again:
                 self._detector.begin_again(interactions, solved.system.impulse)
             centre = velocity if again else None
-            interactions, given, solved, held = self._detect_and_solve(before, flight, worse(moves, after), centre)
+            interactions, given, solved, held = self._detect_and_solve(
+                before, flight, worse(moves, after), written, centre
+            )
             self.report = self.report.with_work(report, self.report)
             after = far.measure(solved.system.velocity, h)
         displacement, projected, predicted = h * solved.system.velocity, None, solved.predicted_gaps()
@@ -414,7 +424,12 @@ class Stepper:
         return positions
 
     def _detect_and_solve(
-        self, before: np.ndarray, flight: Flight, moves: Displacements, centre: np.ndarray | None = None
+        self,
+        before: np.ndarray,
+        flight: Flight,
+        moves: Displacements,
+        written: np.ndarray | None,
+        centre: np.ndarray | None = None,
     ) -> tuple[Interactions, StepProblem, StepProblem, tuple[np.ndarray, np.ndarray] | None]:
         """Detect what ``moves`` may bring into contact, and solve until the stiffness of the levers of links fits the
         impulses; (interactions, their problem, the problem solved, the stiffness that acts). ``centre``: velocities of the
@@ -426,7 +441,7 @@ class Stepper:
         flown, carrying = flight, None  # with the stiffness of levers
 
         def assembled() -> tuple[Interactions, StepProblem]:
-            interactions, given = self._assemble(before, flown, moves, own)
+            interactions, given = self._assemble(before, flown, moves, written, own)
             if carrying is not None:
                 w, carried = carrying
                 across = given.relative_velocities(w)[: links.count, 1:d]
@@ -490,7 +505,7 @@ class Stepper:
         return interactions, given, solved, held
 
     def _assemble(
-        self, before: np.ndarray, flight: Flight, moves: Displacements, own: np.ndarray
+        self, before: np.ndarray, flight: Flight, moves: Displacements, written: np.ndarray | None, own: np.ndarray
     ) -> tuple[Interactions, StepProblem]:
         """Detect what ``moves`` may bring into contact; (interactions, their problem). ``own``: light bodies that are swept
         with their own mass, (n,) bool."""
@@ -512,6 +527,7 @@ class Stepper:
             time_step=self.time_step,
             positions=state.positions,
             before=before,
+            written=written,
             free_velocity=flight.free_velocity,
             mobility=mobility,
             more=more,
@@ -619,6 +635,7 @@ class Stepper:
         return Checkpoint(
             positions=self.state.positions.copy(),
             velocities=self.state.velocities.copy(),
+            left=self._left.copy(),
             time=self.state.time,
             time_step=self.time_step,
             theta=self.theta,
@@ -652,6 +669,7 @@ class Stepper:
         self._driven_overlaps.look_at(self.model, self.state.positions)
         self._damped_waves.look_at(self.model)
         self.state.velocities[:] = checkpoint.velocities
+        self._left = checkpoint.left.copy()
         self.state.time = checkpoint.time
         self._scheme = checkpoint.time_step, checkpoint.theta
         self.steps = self.state.steps = checkpoint.steps

@@ -851,3 +851,36 @@ def test_a_body_comes_in_the_same_gap_in_which_one_that_bears_a_load_goes(statem
     assert sim.steps == 10
     assert sim.interactions.candidate.tolist() == [1, 3]
     assert sim.interactions.force[:, 0] == pytest.approx(G, rel=1e-9)
+
+
+@pytest.mark.parametrize("theta", [0.5, 0.7, 1.0])
+@pytest.mark.parametrize(
+    "law", [lm.Signorini(), lm.Coulomb(friction=0.3), *(lm.Restitution(restitution=e) for e in (0.0, 0.2, 1.0))]
+)
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_a_velocity_that_is_written_is_not_taken_for_turning(dimension, law, theta):
+    """A ball at rest on a floor that is told to fall leaves with -e times that velocity, as it does in the first step."""
+    down = np.eye(dimension)[-1]
+    scene = lm.Scene(dimension=dimension)
+    make = lm.disk if dimension == 2 else lm.sphere
+    ball = scene.add(make(radius=0.1, position=0.1 * down, mass=1.0))
+    scene.add(lm.wall(point=0.0 * down, normal=down))
+    scene.see("GRAIN", "WALL", law)
+    sim = lm.Simulation(scene, time_step=1e-3, theta=theta).run(steps=5)
+    ball.velocity[:] = -down
+    sim.step()
+    np.testing.assert_allclose(ball.velocity, getattr(law, "restitution", 0.0) * down, atol=1e-12)
+
+
+def test_a_tower_that_is_told_to_fall_stays():
+    scene = lm.Scene(dimension=2, gravity=(0.0, -G))
+    balls = [scene.add(lm.disk(radius=0.1, position=(0.0, 0.1 + 0.2 * k), mass=1.0)) for k in range(3)]
+    scene.add(lm.wall(point=(0.0, 0.0), normal=(0.0, 1.0)))
+    for other in ("GRAIN", "WALL"):
+        scene.see("GRAIN", other, lm.Coulomb(friction=0.3))
+    sim = lm.Simulation(scene, time_step=1e-3, solver=lm.Auto(tolerance=1e-10)).run(steps=20)
+    sim.velocities[:3, 1] = -2.0
+    sim.run(steps=50)
+    heights = [ball.position[1] for ball in balls]
+    # they moved by h v/2 before the first detection, and keep that
+    np.testing.assert_allclose(heights, np.array([0.1, 0.3, 0.5]) - 1e-3, atol=1e-8)

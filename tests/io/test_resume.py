@@ -438,3 +438,25 @@ def test_a_run_with_a_thread_goes_on_after_bodies_were_added(tmp_path, late):
     sim.run(steps=30)
     np.testing.assert_array_equal(again.positions, sim.positions)
     assert len(sim.interactions) > 8
+
+
+def test_velocities_that_were_written_last_are_known_to_a_file_that_begins_then(tmp_path):
+    """A ball at rest is thrown at its floor, with another one above. A checkpoint knows it, too."""
+
+    def made():
+        scene = lm.Scene(dimension=2, gravity=(0.0, -9.81))
+        for k in range(2):
+            scene.add(lm.disk(radius=0.1, position=(0.05 * k, 0.1 + 0.2 * k), mass=1.0))
+        scene.add(lm.wall(point=(0.0, 0.0), normal=(0.0, 1.0)))
+        for other in ("GRAIN", "WALL"):
+            scene.see("GRAIN", other, lm.Coulomb(friction=0.3))
+        return lm.Simulation(scene, time_step=1e-3)
+
+    sim = made().run(steps=20)
+    sim.velocities[:2, 1] = -1.0
+    again = made()
+    again.restore(sim.checkpoint())
+    sim.run(steps=0, record=tmp_path / "run.h5")
+    same_bits(sim.run(steps=5), lm.resume(tmp_path / "run.h5").run(steps=5))
+    same_bits(sim, again.run(steps=5))
+    assert abs(sim.velocities[0, 1]) < 1e-9  # and it stops, as it should

@@ -85,7 +85,7 @@ def read_tails(file: Any, commit: Commit) -> dict[str, int]:
 
 def create_slot(group: Any, checkpoint: Checkpoint, laws: int) -> None:
     """Make room for a checkpoint."""
-    for name in ("positions", "velocities"):
+    for name in ("positions", "velocities", "left"):
         group.create_dataset(name, data=np.zeros_like(getattr(checkpoint, name)))
     group.create_dataset("listed_at", data=np.zeros_like(checkpoint.memory.listed_at))
     group.create_dataset("predicted", data=np.zeros_like(checkpoint.predicted))
@@ -106,7 +106,7 @@ def write_checkpoint(file: Any, checkpoint: Checkpoint, commit: Commit, laws: li
     """Write a checkpoint over the older of the two."""
     group = file[f"checkpoint/{commit.sequence % 2}"]
     arrays = _arrays(checkpoint, commit, laws)
-    # older files have no room for the last energies, and none for predicted gaps of links or contacts
+    # older files have no room for the last energies and velocities, and none for predicted gaps of links or contacts
     arrays["state"] = arrays["state"][:, : group["state"].shape[1]]
     for name in ("energy", "energy_by_law"):
         arrays[name] = arrays[name][: len(group[name])]
@@ -134,6 +134,7 @@ def _arrays(checkpoint: Checkpoint, commit: Commit, laws: list[str]) -> dict[str
     return {
         "positions": checkpoint.positions,
         "velocities": checkpoint.velocities,
+        "left": checkpoint.left,
         "listed_at": memory.listed_at,
         "predicted": checkpoint.predicted,
         "identity": memory.identity,
@@ -188,6 +189,7 @@ def _checkpoint(
     return Checkpoint(
         positions=arrays["positions"],
         velocities=arrays["velocities"],
+        left=arrays.get("left", arrays["velocities"]),
         time=time,
         time_step=options["time_step"],
         theta=options["theta"],
