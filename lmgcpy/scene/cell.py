@@ -183,12 +183,18 @@ class Cell:
             raise ValueError(f"impose_pressure: {PRESSED}")
 
     def _mean_inertia(self, axis: int) -> float:
-        """Inertia of a column of G [kg m^2]: ``M width^2 / 12``, as if the mass M of all bodies moved with the mean flow,
-        spread evenly over the width of the cell."""
-        mass = sum(body.mass for body in self._bodies if math.isfinite(body.extent) and not isinstance(body, Edge))
+        """Inertia of a column of G [kg m^2]: ``M width^2 / 12``, as if the mass M of all bodies but the hidden ones moved
+        with the mean flow, spread evenly over the width of the cell."""
+        bodies = [body for body in self._bodies if math.isfinite(body.extent) and not isinstance(body, Edge)]
+        mass = sum(body.mass for body in bodies if not body.hidden)
         lattice = self.lattice
         start = np.array([edge._position[: self.dimension] for edge in self._edges])
         return mass * float(lattice.widths(start)[lattice.axes.tolist().index(axis)]) ** 2 / 12.0
+
+    def keep_inertia(self) -> None:
+        """Keep the inertia that the cell has, if it has any: bodies that come later would change its energy in motion."""
+        for edge in self._edges:
+            edge._mass = edge.mass or None
 
     def check(self) -> None:
         """ValueError if a body without bounds does not go on unchanged beyond the faces, or if a cell that yields has no

@@ -802,6 +802,8 @@ class Scene:
         simulation calls it between steps."""
         assert self._state is not None
         if len(self.bodies) > len(model.mass):
+            if self._cell is not None:
+                self._cell.keep_inertia()
             return self._after(model, replace(self._model(self._state.time), start=self._state))
         velocities, forces, inverse_mass, hidden = self._conditions(model.mass)
         rows = [
@@ -891,6 +893,8 @@ class Scene:
         self._compiled = True
         if self._elements_after is None:  # else a run goes on with bodies that came later
             self._elements_after = len(self.bodies)
+        if self._cell is not None:
+            self._cell.keep_inertia()
         self._state = state
         self._gravity_at_start = self._gravity
         self._at_start = [(body._velocities, body._forces, body._hidden) for body in self.bodies]

@@ -884,3 +884,29 @@ def test_a_tower_that_is_told_to_fall_stays():
     heights = [ball.position[1] for ball in balls]
     # they moved by h v/2 before the first detection, and keep that
     np.testing.assert_allclose(heights, np.array([0.1, 0.3, 0.5]) - 1e-3, atol=1e-8)
+
+
+def test_grains_that_come_later_leave_a_cell_that_yields_its_inertia():
+    """They bring no energy, as they are at rest in the mean flow, and are as good as grains that were hidden until then."""
+    sims = []
+    for late in (True, False):
+        scene = lm.Scene(dimension=2)
+
+        def row(y, scene=scene):
+            return [scene.add(lm.disk(radius=0.05, position=(0.1 + 0.2 * k, y), mass=1.0)) for k in range(5)]
+
+        row(0.2)
+        scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=0.3))
+        scene.periodic(x=1.0, y=1.0).impose_stress(xx=-10.0)
+        hidden = [] if late else [body.hide() for body in row(0.7)]
+        sim = lm.Simulation(scene, time_step=1e-3).run(steps=40)
+        before = sim.energy.kinetic
+        if late:
+            row(0.7)
+        for body in hidden:
+            body.show()
+        sim.step()
+        works = sim.energy.loads + sim.energy.drives + sum(sim.energy.interactions.values())
+        assert sim.energy.kinetic - before == pytest.approx(works, rel=1e-9)
+        sims.append(sim.run(steps=40))
+    np.testing.assert_array_equal(*(sim.positions[:7] for sim in sims))  # those of the start, and the edges
