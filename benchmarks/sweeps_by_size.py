@@ -20,7 +20,7 @@ from table import report
 import lmgcpy as lm
 from lmgcpy.experiment import Triaxial, compact, lay_grains
 
-SEEDS = {500: 3, 2000: 3, 8000: 1, 30000: 1}
+SEEDS = {500: 3, 2000: 3, 8000: 3, 30000: 1}
 INERTIAL_NUMBER, STRAIN, PRESSURE = 2e-3, 0.02, 1e5
 BOUNDS = (1.0, 2.0, 4.0)
 REFERENCE = {30000: 0.5}

@@ -26,7 +26,7 @@ import numpy as np
 import scipy.sparse as sparse
 
 from lmgcpy.experiment.biaxial import Biaxial
-from lmgcpy.experiment.box import Sample
+from lmgcpy.experiment.box import MOMENTUM, Sample
 from lmgcpy.experiment.compaction import compact
 from lmgcpy.experiment.texsol.sample import lay_sample, lay_sample_3d
 from lmgcpy.experiment.texsol.study import Study3D
@@ -180,7 +180,7 @@ def in_space(grains: int = 200, beads: int = 110, seed: int = 0) -> Iterator[Cas
     laid = lay_sample_3d(grains, beads, density=DENSITY, seed=seed)
     sample = compact(laid, pressure=PRESSURE, density=DENSITY, **Study3D(pressure=PRESSURE).relaxation(laid)).sample
     for law in (None, RigidWire(), ElasticWire(axial_rigidity=Study3D().axial_rigidity)):
-        yield from steps_of_test(Triaxial, sample, law, replace(RUN, momentum=Study3D.MOMENTUM))
+        yield from steps_of_test(Triaxial, sample, law, replace(RUN, momentum=MOMENTUM[3]))
 
 
 def steps_of_test(

@@ -442,6 +442,20 @@ I. The residual does not see this in small samples: it is relative to what the l
 sample these loads are a large part of all forces (docs/step_and_tolerance.md)."""
 
 
-def usual_solver(tolerance: float = 1e-2, force: float = FORCE, max_iterations: int = 20_000) -> AcceleratedGaussSeidel:
+MOMENTUM = {2: AcceleratedGaussSeidel.momentum, 3: 0.9}
+"""Bound of the momentum of sweeps by dimension.
+
+In space steps may stall with the solver's own 0.97: the steps of a test of 2000 spheres take 140 sweeps with 0.9, and 1082
+with 0.97, as three of 51 are not solved in 20 000. With a taut wire they stall at a residual of 0.05."""
+
+
+def usual_solver(
+    dimension: int, tolerance: float = 1e-2, force: float = FORCE, max_iterations: int = 20_000
+) -> AcceleratedGaussSeidel:
     """The solver of compactions and tests, unless another is given."""
-    return AcceleratedGaussSeidel(tolerance=tolerance, force=min(force, MOST_FORCE), max_iterations=max_iterations)
+    return AcceleratedGaussSeidel(
+        tolerance=tolerance,
+        force=min(force, MOST_FORCE),
+        max_iterations=max_iterations,
+        momentum=MOMENTUM[dimension],
+    )

@@ -154,7 +154,7 @@ def compact(
     moment = characteristic_time(sample.diameter, density, pressure)
     options: dict[str, Any] = {
         "time_step": usual.step * moment if time_step is None else number(time_step, "time_step", above=0.0, unit="s"),
-        "solver": solver or usual_solver(usual.tolerance, max_iterations=5000),
+        "solver": solver or usual_solver(sample.dimension, usual.tolerance, max_iterations=5000),
         "on_unconverged": "ignore",
     }
     if drag > 0.0:

@@ -32,6 +32,8 @@ radius in a step; nothing brakes it, and it went through its own thread. (With 5
 grains had such a node, with 50 there was none, and steps took half the sweeps.) The force of the drag on a node that moves
 with the grains, ``m v NODE_DRAG / (d sqrt(rho/p))``, is ``26 I m / m_grain`` of the force p d^2 of the pressure on a grain:
 6e-4 for I = 2e-3 and a node of 1/85, less than the error of force."""
+MANY = 2000
+"""Number of spheres from which on the error of a force may grow with their number."""
 PARTS = ("total", "sand", "wire")
 """Parts of the Weber stress."""
 
@@ -93,6 +95,17 @@ class CompressionRecord:
         )
 
 
+def usual_force(sample: Sample, inertial_number: float) -> float:
+    """Error of a force to which a test is solved: I; of n > 2000 spheres without a wire ``I sqrt(n/2000)``.
+
+    The bound is on the worst contact, and a mean over many contacts, as the deviator and the change of volume are, has an
+    error that falls with the root of their number: so it is the same for all sizes (docs/step_and_tolerance.md). The
+    tension of a wire is no such mean.
+    """
+    is_sand = sample.dimension == 3 and not sample.wires and not sample.bodies
+    return inertial_number * max(1.0, np.sqrt(len(sample.radii) / MANY)) if is_sand else inertial_number
+
+
 @named_arguments
 class Compression(ABC):
     """A test of a sample, ready to run.
@@ -100,9 +113,10 @@ class Compression(ABC):
     ``law`` links the beads; None: sand. The upper platen across ``axis``, a word such as "y", by default the last axis,
     moves down at ``v = I H sqrt(p/rho)/d``, which makes the inertial number ``I = v d sqrt(rho/p)/H`` of the test;
     ``time_step`` [s] is by default a fifth of ``d sqrt(rho/p)``; ``solver`` sweeps by default to a residual of 1e-2 and an
-    error of force of I, at which errors add up to less than the crushing (docs/step_and_tolerance.md). A rigid or elastic
-    rod keeps the gaps at the start of the test as its reference, a wire the sample's reference gap. ``wire_friction`` is
-    the friction of a smooth thread against grains and against itself, by default ``friction``.
+    error of force of I, at which errors add up to less than the crushing, in space ``I sqrt(n/2000)`` of n > 2000 grains
+    without a wire (docs/step_and_tolerance.md). A rigid or elastic rod keeps the gaps at the start of the test as its
+    reference, a wire the sample's reference gap. ``wire_friction`` is the friction of a smooth thread against grains and
+    against itself, by default ``friction``.
     """
 
     NAME: str
@@ -157,7 +171,7 @@ class Compression(ABC):
         self.height = float(sample.box[self.axis])
         self.speed = inertial_number * self.height / moment
         self.time_step = 0.2 * moment if time_step is None else number(time_step, "time_step", above=0.0, unit="s")
-        self.solver = solver or usual_solver(force=inertial_number)
+        self.solver = solver or usual_solver(sample.dimension, force=usual_force(sample, inertial_number))
         self.bead_count = sample.bead_count
         self._duration = 1.0
         if self.box.nodes:

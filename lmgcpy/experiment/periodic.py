@@ -235,7 +235,7 @@ class PeriodicShear:
         moment = characteristic_time(sample.diameter, density, pressure)
         self.rate = inertial_number / moment
         self.time_step = 0.2 * moment if time_step is None else number(time_step, "time_step", above=0.0, unit="s")
-        self.solver = solver or usual_solver(force=min(FORCE, inertial_number))
+        self.solver = solver or usual_solver(sample.dimension, force=min(FORCE, inertial_number))
         self.held.cell.impose_rate(xy=self.rate)
         self.held.cell.impose_stress(yy=-self.pressure)
         self.simulation: Simulation | None = None

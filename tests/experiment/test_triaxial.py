@@ -8,6 +8,7 @@ import suites
 from conftest import DENSITY, PRESSURE
 
 import lmgcpy as lm
+from lmgcpy.experiment.box import Sample
 from lmgcpy.experiment.compaction import compact
 from lmgcpy.experiment.compression import RAMP
 from lmgcpy.experiment.grains import lay_grains
@@ -179,3 +180,12 @@ def test_grains_of_a_small_sample_do_not_sink_into_each_other(seed):
 def test_the_slower_a_test_the_more_exact_its_forces(sample_3d, inertial_number, force):
     """Errors of force add up to overlaps beside the crushing of each step, which goes with the inertial number."""
     assert Triaxial(sample_3d, inertial_number=inertial_number).solver.force == force
+
+
+@pytest.mark.parametrize(("side", "wires", "factor"), [(12, (), 1.0), (20, (), 2.0), (20, (10,), 1.0)])
+def test_a_large_sample_of_sand_may_have_worse_single_forces(side, wires, factor):
+    """A mean over n contacts is as good as one over 2000 with errors sqrt(n/2000) times as large; a tension is no mean."""
+    positions = 2e-3 * np.stack(np.meshgrid(*[np.arange(side)] * 3, indexing="ij"), axis=-1).reshape(-1, 3) + 1e-3
+    sample = Sample(positions, np.full(side**3, 1e-3), wires, 1e-3, np.full(3, 2e-3 * side))
+    law = lm.RigidWire() if wires else None
+    assert Triaxial(sample, law, inertial_number=2e-3).solver.force == pytest.approx(2e-3 * factor, rel=1e-12)

@@ -17,7 +17,7 @@ import numpy as np
 
 from lmgcpy.errors import AXES, closest, named_arguments, number, one_of, shown, whole
 from lmgcpy.experiment.biaxial import Biaxial
-from lmgcpy.experiment.box import Sample, characteristic_time, wire_frictions
+from lmgcpy.experiment.box import MOMENTUM, Sample, characteristic_time, wire_frictions
 from lmgcpy.experiment.compaction import Compaction, compact
 from lmgcpy.experiment.compression import Compression
 from lmgcpy.experiment.study.engine import Site, Study, Task
@@ -120,8 +120,6 @@ class TexSolStudy(Study):
     TIGHTER: ClassVar[float]
     """Factor by which the tolerance of the checks is tighter."""
     FORMER: ClassVar[Mapping[str, Any]] = {"preparation": "dense", "solver": "accelerated", "greatest_reaction": None}
-    MOMENTUM: ClassVar[float] = AcceleratedGaussSeidel.momentum
-    """Bound of the momentum of sweeps alone."""
 
     laws: tuple[str, ...] = ("none", "rigid-wire", "rigid-rod")
     grain_count: int = 1700
@@ -216,7 +214,7 @@ class TexSolStudy(Study):
         options = {**bounds, "max_iterations": self.max_iterations, "wire_blocks": self.wire_blocks}
         if self.solver == "auto":
             return Auto(max_factorisations=FACTORISATIONS, **options)
-        return AcceleratedGaussSeidel(momentum=self.MOMENTUM, **options)
+        return AcceleratedGaussSeidel(momentum=MOMENTUM[self.DIMENSION], **options)
 
     def test(self, sample: Sample, planned: PlannedTest) -> Compression:
         """A planned test of the relaxed sample, ready to run."""
@@ -349,8 +347,6 @@ class Study3D(TexSolStudy):
     TEST: ClassVar[type[Compression]] = Triaxial
     FRAMES: ClassVar[int] = 20
     TIGHTER: ClassVar[float] = 3.0
-    MOMENTUM: ClassVar[float] = 0.9
-    """With the solver's own 0.97 steps with a taut wire stall at 0.05; with 0.9 they take 300 sweeps to 0.01."""
     FORMER: ClassVar[Mapping[str, Any]] = {**TexSolStudy.FORMER, "theta_max": 0.1, **BEADS}
 
     laws: tuple[str, ...] = ("none", "rigid-wire")
@@ -458,7 +454,7 @@ class Study3D(TexSolStudy):
         momentum of the tests, and not the solver's own.
         """
         step = RELAXATION_STEP_3D * characteristic_time(laid.diameter, DENSITY, self.pressure)
-        momentum = self.MOMENTUM if self.preparation == "loose" else AcceleratedGaussSeidel.momentum
+        momentum = MOMENTUM[3] if self.preparation == "loose" else AcceleratedGaussSeidel.momentum
         solver = AcceleratedGaussSeidel(
             tolerance=1e-2, force=5e-3, max_iterations=2000, wire_blocks=False, momentum=momentum
         )
