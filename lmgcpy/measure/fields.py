@@ -165,7 +165,10 @@ def _of_interactions(
     # that is in the sample: in a periodic cell the others are images
     at_c, at_a = now.positions[candidate], now.positions[antagonist]
     to_point = np.where(on_c, lever[:, 0] - moved[candidate], lever[:, 1] - moved[antagonist])
-    between = (lever[:, 1] - moved[antagonist]) - (lever[:, 0] - moved[candidate])
+    between = at_c - at_a
+    if now.lattice is not None:  # the image that met the candidate has moved on with the edges since
+        image = now.detected[candidate] - now.detected[antagonist] - (lever[:, 1] - lever[:, 0])
+        between -= now.lattice.nearest(image, now.lattice.edges(now.detected)) @ now.lattice.edges(now.positions)
     branch = np.where(on_c & on_a, between, np.where(on_c, -to_point, to_point))
     start = np.where(on_c, at_c - branch, at_a)
     dyads = (-force[:, :, None] * branch[:, None, :]).reshape(-1, d * d)

@@ -190,6 +190,27 @@ def test_a_periodic_cell(width):
     assert fields.contact_stress[:-1, :-1].mean(axis=(0, 1)) == pytest.approx(weber, abs=2e-3 * np.abs(weber).max())
 
 
+@pytest.mark.parametrize("theta", [0.5, 1.0])
+def test_forces_are_the_divergence_of_the_stress_across_the_faces_of_a_cell_that_deforms(theta):
+    """Two disks meet across a face of a cell that is sheared: ``div sigma_c = sum_i f_i phi(x - r_i)`` over all images, as
+    they are when the step ends and the edges have moved on."""
+    scene = lm.Scene(dimension=2)
+    for y, up in ((0.08, -1.0), (0.91, 1.0)):
+        scene.add(lm.disk(radius=0.1, position=(0.5, y), mass=1.0, velocity=(0.0, up)))
+    scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=0.3))
+    cell = scene.periodic(x=1.0, y=1.0).impose_rate(xy=5.0)
+    sim = lm.Simulation(scene, time_step=1e-3, theta=theta, overlap="ignore").run(steps=1)
+    forces = np.array([lm.measure.reaction(sim, k).force for k in range(2)])
+    assert np.abs(forces).max() > 100.0
+    place, width = np.array([0.48, 0.02]), 0.05
+    fields, step = at(sim, place, width)
+    shifts = np.stack(np.meshgrid([-1, 0, 1], [-1, 0, 1]), axis=-1).reshape(-1, 2)
+    images = sim.positions[:2] + (shifts @ cell.edges)[:, None]
+    phi = np.exp(-0.5 * ((place - images) ** 2).sum(axis=2) / width**2) / (2.0 * np.pi * width**2)
+    divergence = gradient(fields.contact_stress, step, 2).trace(axis1=1, axis2=2)
+    assert divergence == pytest.approx((phi @ forces).sum(axis=0), abs=1e-6 * np.abs(phi[..., None] * forces).sum())
+
+
 def test_a_frame_of_a_run_is_as_the_simulation(tmp_path):
     sim = box_of_grains(2, steps=10)
     sim.run(steps=10, record=tmp_path / "run.h5", every=5)
