@@ -459,6 +459,11 @@ class Run:
         gaps = gaps if len(chains["link_count"]) else []
         return np.concatenate([np.zeros(0), *gaps_after(self._statements, int(self.steps[frame]), gaps)])
 
+    def statements_before(self, frame: int) -> list[Change]:
+        """Statements between the steps before the step of a frame."""
+        step = int(self.steps[frame])
+        return [change for change in self._statements if change.step < step]
+
     @cached_property
     def _statements(self) -> list[Change]:
         """Statements between the steps so far."""

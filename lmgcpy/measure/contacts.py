@@ -86,14 +86,14 @@ def friction_of(now: Moment, pairs: np.ndarray, law: np.ndarray) -> np.ndarray:
     colors, friction = now.colors, np.full(len(pairs), np.nan)
     taken, sure = set(), np.ones(len(pairs), dtype=bool)
     none = np.zeros(len(now.extent), dtype=bool)
-    for row in now.scene["visibility"]:
-        kind, names = now.scene["laws"][row["law"]], frozenset((row["candidate"], row["antagonist"]))
-        if (kind["name"], names) in taken:  # of two rows of the same colours, in older files, the first decided
+    for candidate, antagonist, name, parameters in now.contact_laws:
+        names = frozenset((candidate, antagonist))
+        if (name, names) in taken:  # of two rows of the same colours, in older files, the first decided
             continue
-        taken.add((kind["name"], names))
-        one, other = (colors.get(row[side], none)[pairs] for side in ("candidate", "antagonist"))
-        same = (law == kind["name"]) & ((one[:, 0] & other[:, 1]) | (one[:, 1] & other[:, 0]))
-        coefficient = kind["parameters"].get("friction")
+        taken.add((name, names))
+        one, other = (colors.get(color, none)[pairs] for color in (candidate, antagonist))
+        same = (law == name) & ((one[:, 0] & other[:, 1]) | (one[:, 1] & other[:, 0]))
+        coefficient = parameters.get("friction")
         if coefficient is None:
             continue
         sure[same] &= np.isnan(friction[same]) | (friction[same] == coefficient)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -13,6 +13,7 @@ from lmgcpy.contact.detection_tables import Points
 from lmgcpy.contact.lattice import Lattice
 from lmgcpy.contact.links import offsets_in_space
 from lmgcpy.dynamics.cell import CellMotion
+from lmgcpy.dynamics.changes import SEEN_LAW, laws_after
 from lmgcpy.dynamics.interactions import InteractionView, detection_positions
 from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import numbers, shown, whole
@@ -62,6 +63,22 @@ class Moment:
         if isinstance(self.source, Stepper):
             return np.asarray(self.scene["chains"]["reference_gaps"], dtype=float)
         return self.source.reference_gaps(self.number)
+
+    @property
+    def contact_laws(self) -> Iterator[tuple[str, str, str, Mapping[str, float | None]]]:
+        """The rows of the visibility table as the step had them: two colours, name and parameters of their law."""
+        if isinstance(self.source, Stepper):
+            for row in self.source.model.rows:
+                yield row.candidate, row.antagonist, row.law.NAME, row.law.values
+            return
+        # a statement between two steps acts in the second one
+        given = laws_after(self.source.statements_before(self.number))
+        for k, row in enumerate(self.scene["visibility"]):
+            law = self.scene["laws"][row["law"]]
+            parameters, names = law["parameters"], list(law["parameters"])
+            if (SEEN_LAW, k) in given:
+                parameters = {names[at]: value for at, value in given[SEEN_LAW, k].items()}
+            yield row["candidate"], row["antagonist"], law["name"], parameters
 
     @property
     def velocities(self) -> np.ndarray:

@@ -80,6 +80,37 @@ def test_mobilised_friction_of_a_block_on_an_incline():
     assert np.isnan(lm.measure.contact_forces(frictionless).mobilised).all()
 
 
+def test_friction_is_the_one_of_the_step(tmp_path):
+    """Two linked disks slide, so that all of their friction is mobilised, with 0.2, and after ``set_law`` with 0.1: in the
+    frames before and after, and in the simulation between the statement and the next step."""
+    scene = lm.Scene(dimension=2, gravity=(3.0, -10.0))
+    disks = [scene.add(lm.disk(radius=0.1, position=(0.2 * k, 0.1), mass=1.0)).fix("spin") for k in range(2)]
+    scene.add(lm.wall(point=(0.0, 0.0), normal=(0.0, 1.0)))
+    scene.chain(disks, lm.RigidWire())
+    scene.see("GRAIN", "WALL", lm.Coulomb(friction=0.2))
+    sim = lm.Simulation(scene, time_step=1e-3)
+
+    def weaken(sim):
+        if sim.steps == 4:
+            scene.set_law("GRAIN", "WALL", lm.Coulomb(friction=0.1))
+            slides_with(0.2, sim)
+
+    def slides_with(friction, source, **frame):
+        found = lm.measure.contact_forces(source, **frame)
+        assert found.friction == pytest.approx([friction, friction])
+        assert found.mobilised == pytest.approx([1.0, 1.0])
+        assert lm.measure.contact_kinds(source, **frame).sliding_share[-1] == 1.0
+        wire = lm.measure.wire_contacts(source, **frame)
+        assert wire.sliding.tolist() == [1, 1]
+        assert wire.limit == pytest.approx([10.0 * friction, 10.0 * friction])
+
+    sim.run(steps=8, record=tmp_path / "run.h5", every=2, on_step=weaken)
+    slides_with(0.1, sim)
+    with lm.io.open_run(tmp_path / "run.h5") as run:
+        for frame, friction in ((1, 0.2), (2, 0.2), (3, 0.1), (4, 0.1)):
+            slides_with(friction, run, frame=frame)
+
+
 def test_a_distribution_of_forces_is_a_density(both):
     """It integrates to the part of the contacts below its end, and its mean is 1 where that is all of them."""
     forces = lm.measure.contact_forces(both[0])
