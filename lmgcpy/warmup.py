@@ -171,7 +171,7 @@ def stiffen(sim: lm.Simulation) -> None:
     """Compile the kernels of links with geometric stiffness."""
     assert sim._last is not None
     links = sim._links
-    links.stiffen(sim._last[0], np.ones(links.count), np.zeros(links.count))
+    links.stiffen(sim._last.problem, np.ones(links.count), np.zeros(links.count))
 
 
 def two_steps(scene: lm.Scene, solver: Any, *, threads: int = 1) -> lm.Simulation:

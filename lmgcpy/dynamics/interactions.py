@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
 from lmgcpy.contact.frames import local_frames
 from lmgcpy.contact.interactions import Interactions, levers
 from lmgcpy.dynamics.cell import CellMotion
+from lmgcpy.dynamics.model import Model
 from lmgcpy.dynamics.rolling import moments
 from lmgcpy.dynamics.step_problem import StepProblem
 
@@ -124,3 +126,24 @@ def detection_positions(
     if cell is not None:
         return cell.before(positions, theta * time_step * velocities)
     return positions - theta * time_step * velocities
+
+
+class MadeStep(NamedTuple):
+    """A step as it was made: statements since may have given the simulation another model, time step or theta, and further
+    bodies."""
+
+    problem: StepProblem
+    interactions: Interactions
+    model: Model
+    theta: float
+
+    @property
+    def time_step(self) -> float:
+        """[s]."""
+        return self.problem.data.time_step
+
+    def detected(self, positions: np.ndarray) -> np.ndarray:
+        """Positions at the detection [m], (n, d), of the n bodies of the step, from the present ones, (n or more, d);
+        velocities that were written since do not count."""
+        velocity = self.problem.system.velocity[:, : self.model.dimension]
+        return detection_positions(positions[: len(velocity)], velocity, self.theta, self.time_step, self.model.cell)

@@ -24,7 +24,7 @@ from lmgcpy.dynamics.checkpoint import Checkpoint, check
 from lmgcpy.dynamics.energy import Energy, Flight, dissipated_by_law, given_by_hand, kinetic_energy
 from lmgcpy.dynamics.faults import check_detection, fault_of_flight
 from lmgcpy.dynamics.geometric_stiffness import TURNS, LinkStiffness, after_turn, enough
-from lmgcpy.dynamics.interactions import InteractionView, detection_positions
+from lmgcpy.dynamics.interactions import InteractionView, MadeStep
 from lmgcpy.dynamics.journal import Journal
 from lmgcpy.dynamics.lever_stiffness import LeverStiffness
 from lmgcpy.dynamics.model import BodyState, Drive, Model
@@ -140,7 +140,7 @@ class Stepper:
         self._links = LinkStiffness.of(model.chains, model.inverse_mass, model.dimension)
         self._levers = LeverStiffness.of(model)
         self._straight_spans = StraightSpans.of(model.links, model.inverse_mass, model.dimension)
-        self._last: tuple[StepProblem, Interactions] | None = None
+        self._last: MadeStep | None = None
         self._scheme = self.time_step, self.theta
         """Time step and theta of the step that gave the remembered impulses."""
         self._left = self.state.velocities.copy()
@@ -238,7 +238,7 @@ class Stepper:
         state.steps = self.steps
         self._detector.remember(found.interactions, problem.system.impulse, problem.data.state)
         self._turning_stretch.remember(problem)
-        self._last = problem, found.interactions
+        self._last = MadeStep(problem, found.interactions, self.model, theta)
         self.report = self.report.of_step(self._watch.stretch, clock.perf_counter() - begin)
         if not self.report.solved:
             alone = only_out_of_balance(self.solver.bounds, problem.system.measured)  # all laws hold: nothing is locked
@@ -828,9 +828,14 @@ class Stepper:
         """Links and all candidates within alert of the last step, copied; none before it and after a step that failed."""
         if self._last is None:
             return InteractionView.empty(self.model.dimension, self._detector.state_names, self._detector.rolling_rows)
-        problem, interactions = self._last
-        detected = detection_positions(self.positions, self.velocities, self.theta, self.time_step, self.model.cell)
-        return InteractionView.of(problem, interactions, self._detector.state_names, detected, self.model.extent)
+        problem, interactions, model, _ = self._last
+        detected = self._last.detected(self.positions)
+        return InteractionView.of(problem, interactions, self._detector.state_names, detected, model.extent)
+
+    @property
+    def last_step(self) -> MadeStep | None:
+        """The last step as it was made; None before it and after a step that failed."""
+        return self._last
 
     def _reaction_of(self, body: int) -> Any:
         """The reaction of a body in the last step; simulations ask the measures."""
@@ -843,7 +848,7 @@ class Stepper:
         """
         if self._last is None:
             raise RuntimeError("There is no step yet to make a problem of: call step() or run() first.")
-        return self._last[0].conic()[0]
+        return self._last.problem.conic()[0]
 
     def __repr__(self) -> str:
         return (

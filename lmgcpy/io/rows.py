@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
+from lmgcpy.dynamics.interactions import detection_positions
 from lmgcpy.errors import closest, shown, whole
 from lmgcpy.io.run_file.tables import INDEX, OBSERVED, history_type, interaction_type
 from lmgcpy.solve.problems.report import STATUS
@@ -213,8 +214,19 @@ class Rows:
             return net
         for code, law in enumerate(self.laws):
             net["law"][view.law == law] = code
-        for name in ("candidate", "antagonist", "gap", "normal", "point", "impulse"):
+        for name in ("candidate", "antagonist", "gap", "normal"):
             net[name] = getattr(view, name)
+        # readers go back to the detection by the velocities of the frame and the scheme of the file, and divide by its time
+        # step: so levers and forces are those of the step, also if velocities, time step or theta were set since
+        step = sim.last_step
+        assert step is not None
+        detected, model = step.detected(sim.positions), step.model
+        places = sim.positions[: len(detected)], sim.velocities[: len(detected)]
+        read = detection_positions(*places, sim.theta, sim.time_step, model.cell)
+        seen_from = np.where(np.isfinite(model.extent)[view.candidate], view.candidate, view.antagonist)
+        net["point"] = view.point + (read - detected)[seen_from]
+        same_force = sim.time_step / step.time_step
+        net["impulse"] = same_force * view.impulse
         if view.moment.shape[1]:
-            net["moment"] = view.moment
+            net["moment"] = same_force * view.moment
         return net

@@ -105,19 +105,24 @@ class Moment:
         return self.source.rotations if isinstance(self.source, Stepper) else self.source.rotations[self.number]
 
     @property
-    def time_step(self) -> float:
-        """[s]."""
-        return float(self.source.time_step if isinstance(self.source, Stepper) else self.source.options["time_step"])
+    def scheme(self) -> tuple[float, float]:
+        """Time step [s] and theta of the step."""
+        if isinstance(self.source, Run):
+            return float(self.source.options["time_step"]), float(self.source.options["theta"])
+        step = self.source.last_step
+        return (self.source.time_step, self.source.theta) if step is None else (step.time_step, step.theta)
 
     @property
     def since_detection(self) -> float:
         """Time from the detection of the step to its end [s]."""
-        theta = self.source.theta if isinstance(self.source, Stepper) else float(self.source.options["theta"])
-        return theta * self.time_step
+        time_step, theta = self.scheme
+        return theta * time_step
 
     @cached_property
     def detected(self) -> np.ndarray:
         """Positions at the detection [m], (n, d)."""
+        if isinstance(self.source, Stepper) and self.source.last_step is not None:
+            return self.source.last_step.detected(self.positions)
         cell = None if self.lattice is None else CellMotion.of(self.lattice, self.extent)
         return detection_positions(self.positions, self.velocities, 1.0, self.since_detection, cell)
 

@@ -82,7 +82,7 @@ def reaction(sim: Source, bodies: Any, *, about: Any = None, frame: int | None =
     else:
         turning = np.cross(point, force)
     if net.moment.shape[1] and len(force):
-        rolling = net.moment[of_others] / now.time_step
+        rolling = net.moment[of_others] / now.scheme[0]
         turning = turning + sign * (rolling if d == 2 else np.einsum("mk,mkd->md", rolling, frames))
     by_law = {name: (force[laws == name].sum(axis=0), turning[laws == name].sum(axis=0)) for name in names}
     return Reaction(force.sum(axis=0), turning.sum(axis=0), centre, by_law)

@@ -81,6 +81,36 @@ def test_a_run_tells_what_the_simulation_told(tmp_path):
             np.testing.assert_allclose(one.moment, other.moment, atol=1e-12)
 
 
+def test_a_step_stays_what_it_was_when_the_next_one_is_set(tmp_path):
+    """Another time step and theta, and velocities that are written, are of the next step: forces, moments, points and
+    facets of the last one stay, also in the first frame of a file that begins then."""
+    scene = lm.Scene(dimension=2, gravity=(1.0, -GRAVITY))
+    scene.add(lm.disk(radius=0.1, mass=1.0, position=(0.965, 0.1), velocity=(2.0, -0.1)))
+    scene.add(lm.wall_segment((0.0, 0.0), (1.0, 0.0), (2.0, 0.0))).impose_velocity(x=1.0, y=0.1)
+    scene.see("GRAIN", "WALL", lm.RollingCoulomb(friction=0.4, rolling_friction=0.2))
+    sim = lm.Simulation(scene, time_step=0.02, overlap="ignore").run(steps=2)
+
+    def measured(source):
+        found = lm.measure.reaction(source, 0), lm.measure.reaction(source, 1, about=(0.0, 0.0))
+        facets, net = lm.measure.facets(source), source.interactions(0) if source is not sim else source.interactions
+        return [*(part for of in found for part in (of.force, of.moment)), facets.force, net.lever[:, 0], net.force]
+
+    before, point = measured(sim), sim.interactions.point
+    assert before[0][1] > 1.0
+    assert abs(before[1][0]) > 0.01
+    for time_step, theta in ((0.01, 0.5), (0.02, 1.0), (0.005, 0.75)):
+        sim.time_step, sim.theta = time_step, theta
+        sim.velocities[0] = 0.0
+        np.testing.assert_array_equal(sim.interactions.point, point)
+        for one, other in zip(measured(sim), before, strict=True):
+            np.testing.assert_array_equal(one, other)
+    sim.run(steps=1, record=tmp_path / "run.h5")
+    with lm.io.open_run(tmp_path / "run.h5") as run:
+        np.testing.assert_allclose(run.interactions(0).lever[:, 0], before[-2], atol=1e-15)
+        np.testing.assert_allclose(lm.measure.reaction(run, 0, frame=0).moment, before[1], rtol=1e-12)
+        np.testing.assert_allclose(lm.measure.reaction(run, 0, frame=0).force, before[0], rtol=1e-12)
+
+
 def test_a_body_on_a_thread_and_the_thread():
     """A ball hangs in a thread between two held nodes: the thread bears its weight, and the nodes at the ends bear that."""
     scene = lm.Scene(dimension=3, gravity=(0.0, 0.0, -GRAVITY))
