@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -15,6 +15,7 @@ from lmgcpy.contact.links import offsets_in_space
 from lmgcpy.dynamics.cell import CellMotion
 from lmgcpy.dynamics.changes import SEEN_LAW, laws_after
 from lmgcpy.dynamics.interactions import InteractionView, detection_positions
+from lmgcpy.dynamics.model import Model
 from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import numbers, shown, whole
 from lmgcpy.io.run import Run
@@ -55,7 +56,7 @@ class Moment:
     @property
     def hidden(self) -> np.ndarray:
         """Whether each body is hidden, (n,) bool."""
-        return self.source.model.hidden if isinstance(self.source, Stepper) else self.source.hidden(self.number)
+        return model_of(self.source).hidden if isinstance(self.source, Stepper) else self.source.hidden(self.number)
 
     @property
     def reference_gaps(self) -> np.ndarray:
@@ -68,7 +69,7 @@ class Moment:
     def contact_laws(self) -> Iterator[tuple[str, str, str, Mapping[str, float | None]]]:
         """The rows of the visibility table as the step had them: two colours, name and parameters of their law."""
         if isinstance(self.source, Stepper):
-            for row in self.source.model.rows:
+            for row in model_of(self.source).rows:
                 yield row.candidate, row.antagonist, row.law.NAME, row.law.values
             return
         # a statement between two steps acts in the second one
@@ -89,7 +90,7 @@ class Moment:
     def mass(self) -> np.ndarray:
         """[kg], (n,); infinite for walls without one."""
         if isinstance(self.source, Stepper):
-            return self.source.model.mass[:, 0]
+            return model_of(self.source).mass[:, 0]
         return np.asarray(self.scene["bodies"]["mass"], dtype=float)
 
     @property
@@ -122,7 +123,8 @@ class Moment:
     def detected(self) -> np.ndarray:
         """Positions at the detection [m], (n, d)."""
         if isinstance(self.source, Stepper) and self.source.last_step is not None:
-            return self.source.last_step.detected(self.positions)
+            detected = self.source.last_step.detected(self.positions)
+            return np.concatenate([detected, self.positions[len(detected) :]])
         cell = None if self.lattice is None else CellMotion.of(self.lattice, self.extent)
         return detection_positions(self.positions, self.velocities, 1.0, self.since_detection, cell)
 
@@ -151,7 +153,7 @@ class Moment:
         """Bodies of the shapes of the bodies, (k,), and whether each shape is a disk or a sphere around the centre of its
         body, (k,) bool."""
         if isinstance(self.source, Stepper):
-            of_all = self.source.model.contactors
+            of_all = model_of(self.source).contactors
             own = np.ones(len(of_all.body), dtype=bool)
             if of_all.elements is not None:
                 own[of_all.elements.rows] = False
@@ -234,7 +236,7 @@ def moment(source: Any, frame: int | None, call: str) -> Moment:
     if isinstance(source, Stepper):
         if frame is not None:
             raise TypeError("frame is for run files: a simulation knows its last step only.")
-        model = source.model
+        model = model_of(source)
         links = [table.law.NAME for table in model.links]
         laws = links + [row.law.NAME for row in model.rows]
         return Moment(
@@ -258,6 +260,21 @@ def moment(source: Any, frame: int | None, call: str) -> Moment:
     links = [scene["laws"][code]["name"] for code in dict.fromkeys(codes)]
     given = source.interactions(k), source.positions[k], source.extent, source.wall_normals, lattice_of(scene)
     return Moment(*given, list(source.laws), frozenset(links), source, k, scene)
+
+
+def model_of(sim: Stepper) -> Model:
+    """The model of the last step, with the bodies that were added since: until the next step they are hidden, and have
+    neither bounds nor mass."""
+    model = sim.model if sim.last_step is None else sim.last_step.model
+    added = len(sim.positions) - len(model.mass)
+    if not added:
+        return model
+    return replace(
+        model,
+        mass=np.pad(model.mass, ((0, added), (0, 0)), constant_values=np.inf),
+        extent=np.pad(model.extent, (0, added), constant_values=np.inf),
+        hidden=np.pad(model.hidden, (0, added), constant_values=True),
+    )
 
 
 def frame_number(run: Run, frame: Any, name: str) -> int:
@@ -294,12 +311,15 @@ def motion(source: Any, frame: int | None, since: Any, call: str) -> Motion:
             raise TypeError("frame is for run files: a simulation knows its last step only.")
         end = source.positions
         begin = numbers(since, "since of a simulation", "positions copied earlier, sim.positions.copy() [m]")
+        step = source.last_step
+        if step is not None and begin.shape == end[: len(step.model.mass)].shape:  # of the bodies of the last step
+            begin = np.concatenate([begin, end[len(begin) :]])
         if begin.shape != end.shape:
             raise ValueError(
                 f"since of a simulation must be positions of all its bodies, copied earlier, {end.shape} [m], got an array "
                 f"of shape {begin.shape}: since=sim.positions.copy()."
             )
-        return Motion(begin, end, source.model.extent)
+        return Motion(begin, end, model_of(source).extent)
     if not isinstance(source, Run):
         raise TypeError(f"{call} takes a simulation or a run file that lmgcpy.io.open_run opens, got {shown(source)}.")
     first = frame_number(source, since, "since")

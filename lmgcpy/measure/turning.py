@@ -51,7 +51,7 @@ def angular_momentum(sim: Source, *, about: Any = None, frame: int | None = None
     inertia = np.asarray(now.scene["bodies"]["inertia"], dtype=float)
     if d == 2:
         orbital = lever[:, 0] * momentum[:, 1] - lever[:, 1] * momentum[:, 0]
-        return float(orbital.sum() + (inertia * now.spins)[chosen].sum())
+        return float(orbital.sum() + (inertia[chosen] * now.spins[chosen]).sum())
     own = np.zeros_like(now.spins)
     own[chosen] = inertia[chosen, None] * now.spins[chosen]
     body, rotations, inertias = now.turning
