@@ -18,5 +18,9 @@ class TwoFrames(Run):
         self.positions = np.stack([before, after])
         self.extent = np.full(len(before), extent)
 
+    def hidden(self, frame: int, *, in_step: bool = False) -> np.ndarray:
+        """No body."""
+        return np.zeros(self.extent.shape, dtype=bool)
+
     def __repr__(self) -> str:
         return "<two frames>"

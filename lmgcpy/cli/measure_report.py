@@ -78,7 +78,7 @@ class Subject:
     def grain_size(self) -> float:
         """Mean diameter of the bodies with bounds that belong to no chain, of all if there are none [m]: of the disks or
         spheres that have their volumes, or if these are not known, that hold them."""
-        bounded = np.isfinite(self.now.extent)
+        bounded = self.now.bounded
         grains = bounded & ~self.now.beads
         chosen = grains if grains.any() else bounded
         volume, d = volumes_of(self.now), self.run.dimension
@@ -102,8 +102,8 @@ def report(subject: Subject) -> dict[str, list[Entry | str]]:
 
 def _sample(subject: Subject) -> Iterator[Entry | str]:
     now, run, frame = subject.now, subject.run, subject.frame
-    bounded, beads = np.isfinite(now.extent), now.beads
-    solid, volume = float(volumes_of(now)[bounded & ~now.hidden].sum()), volume_if_known(now, None)
+    bounded, beads = now.bounded, now.beads
+    solid, volume = float(volumes_of(now)[bounded].sum()), volume_if_known(now, None)
     unit = f"m^{run.dimension}"
     if run.dimension == 2:
         yield "In 2D forces, masses and volumes are those of one metre of depth."
@@ -160,7 +160,7 @@ def _contacts(subject: Subject) -> Iterator[Entry | str]:
     yield Entry("greatest normal force over the mean", float(forces.relative.max()))
     yield Entry("contacts of a body, without rattlers", net.coordination)
     yield Entry("contacts of a body, with rattlers", net.coordination_with_rattlers)
-    grains = np.isfinite(subject.now.extent) & ~subject.now.beads
+    grains = subject.now.bounded & ~subject.now.beads
     if grains.any():
         share = grains[net.rattlers].sum() / grains.sum()
         yield Entry("share of the grains that are rattlers: fewer than two contacts", 100.0 * float(share), "%")

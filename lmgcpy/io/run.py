@@ -444,13 +444,14 @@ class Run:
         """Whether the writer ended normally."""
         return self._commit.closed
 
-    def hidden(self, frame: int) -> np.ndarray:
-        """Whether a body was hidden after the step of a frame, (n,) bool."""
+    def hidden(self, frame: int, *, in_step: bool = False) -> np.ndarray:
+        """Whether a body was hidden after the step of a frame, or ``in_step``, before statements that followed it, (n,)
+        bool."""
         bodies = self._description["bodies"]
         start = np.array(bodies.get("hidden", np.zeros(len(bodies["mass"]), dtype=bool)), dtype=bool)
         if not self._statements:
             return start
-        return hidden_after(self._statements, int(self.steps[frame]), start)
+        return hidden_after(self.statements_before(frame) if in_step else self._statements, int(self.steps[frame]), start)
 
     def reference_gaps(self, frame: int) -> np.ndarray:
         """Reference gaps of the links of all chains at a frame [m], (l,)."""

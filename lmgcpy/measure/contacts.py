@@ -186,7 +186,8 @@ def network(sim: Source, *, frame: int | None = None) -> Network:
     point counts. Bodies with fewer than two contacts are rattlers. Their contacts
     are left out, which may make rattlers of other bodies; this is repeated until no rattler has a contact. The measure is
     meant for samples that are pressed together: under gravity a body may rest on a single contact. Walls, and nodes of
-    threads, nets and membranes that have no shape of their own, do not count as bodies, but contacts at them count.
+    threads, nets and membranes that have no shape of their own, do not count as bodies, but contacts at them count. Hidden
+    bodies do not count.
     """
     now = moment(sim, frame, "network")
     net = now.net
@@ -196,7 +197,7 @@ def network(sim: Source, *, frame: int | None = None) -> Network:
         net.normal[acting],
         net.force[acting, 0],
     )
-    grain = np.isfinite(now.extent) & now.shaped
+    grain = now.bounded & now.shaped
     every = np.bincount(pairs.ravel(), minlength=len(grain))[grain]
     while True:
         contacts = np.bincount(pairs.ravel(), minlength=len(grain))

@@ -33,7 +33,6 @@ class Moment:
     """[m], (n, d)."""
     extent: np.ndarray
     """Radius of the circle or sphere that holds each body [m], infinite for walls, (n,)."""
-    wall_normals: dict[int, np.ndarray]
     lattice: Lattice | None
     """The lattice of the periodic cell; None without a cell."""
     laws: list[str]
@@ -55,8 +54,22 @@ class Moment:
 
     @property
     def hidden(self) -> np.ndarray:
-        """Whether each body is hidden, (n,) bool."""
-        return model_of(self.source).hidden if isinstance(self.source, Stepper) else self.source.hidden(self.number)
+        """Whether each body was hidden in the step, (n,) bool."""
+        if isinstance(self.source, Stepper):
+            return model_of(self.source).hidden
+        return self.source.hidden(self.number, in_step=True)
+
+    @property
+    def bounded(self) -> np.ndarray:
+        """Whether each body has bounds and is not hidden, (n,) bool."""
+        return np.isfinite(self.extent) & ~self.hidden
+
+    @cached_property
+    def wall_normals(self) -> dict[int, np.ndarray]:
+        """Outward normals of the walls that are not hidden, (d,) each, by id of the body."""
+        of_all = model_of(self.source).wall_normals if isinstance(self.source, Stepper) else self.source.wall_normals
+        hidden = self.hidden
+        return {body: normal for body, normal in of_all.items() if not hidden[body]}
 
     @property
     def reference_gaps(self) -> np.ndarray:
@@ -195,7 +208,7 @@ class Moment:
     @property
     def moves(self) -> np.ndarray:
         """Whether each body has bounds and mass, is not hidden, and is no edge of a cell, (n,) bool."""
-        found = np.isfinite(self.extent) & ~self.hidden & np.isfinite(self.mass)
+        found = self.bounded & np.isfinite(self.mass)
         if self.lattice is not None:
             found[self.lattice.rows] = False
         return found
@@ -243,7 +256,6 @@ def moment(source: Any, frame: int | None, call: str) -> Moment:
             source.interactions,
             source.positions,
             model.extent,
-            model.wall_normals,
             model.lattice,
             laws,
             frozenset(links),
@@ -258,7 +270,7 @@ def moment(source: Any, frame: int | None, call: str) -> Moment:
     scene = source.scene
     codes = [*scene["chains"]["law"].tolist(), *scene.get("joints", {"law": np.zeros(0, int)})["law"].tolist()]
     links = [scene["laws"][code]["name"] for code in dict.fromkeys(codes)]
-    given = source.interactions(k), source.positions[k], source.extent, source.wall_normals, lattice_of(scene)
+    given = source.interactions(k), source.positions[k], source.extent, lattice_of(scene)
     return Moment(*given, list(source.laws), frozenset(links), source, k, scene)
 
 
@@ -299,8 +311,8 @@ class Motion:
     """Positions then [m], (n, d)."""
     end: np.ndarray
     """Positions now [m], (n, d)."""
-    extent: np.ndarray
-    """As in :class:`Moment`, (n,)."""
+    bounded: np.ndarray
+    """As in :class:`Moment`, (n,) bool."""
 
 
 def motion(source: Any, frame: int | None, since: Any, call: str) -> Motion:
@@ -319,12 +331,14 @@ def motion(source: Any, frame: int | None, since: Any, call: str) -> Motion:
                 f"since of a simulation must be positions of all its bodies, copied earlier, {end.shape} [m], got an array "
                 f"of shape {begin.shape}: since=sim.positions.copy()."
             )
-        return Motion(begin, end, model_of(source).extent)
+        model = model_of(source)
+        return Motion(begin, end, np.isfinite(model.extent) & ~model.hidden)
     if not isinstance(source, Run):
         raise TypeError(f"{call} takes a simulation or a run file that lmgcpy.io.open_run opens, got {shown(source)}.")
     first = frame_number(source, since, "since")
     last = frame_number(source, -1 if frame is None else frame, "frame")
-    return Motion(source.positions[first], source.positions[last], source.extent)
+    bounded = np.isfinite(source.extent) & ~source.hidden(last, in_step=True)
+    return Motion(source.positions[first], source.positions[last], bounded)
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ KINDS = ("all", "grains", "beads")
 
 @dataclass(frozen=True, repr=False)
 class LocalStrain(Table):
-    """The p bodies with bounds; d dimensions."""
+    """The p bodies with bounds, hidden ones left out; d dimensions."""
 
     body: np.ndarray
     """Ids, (p,)."""
@@ -60,9 +60,8 @@ def strain(sim: Source, *, frame: int | None = None, since: Any = 0) -> LocalStr
     from scipy.spatial import Delaunay, QhullError  # takes as long to import as the rest of lmgcpy
 
     moved_from = motion(sim, frame, since, "strain")
-    begin, end, extent = moved_from.begin, moved_from.end, moved_from.extent
-    body = np.flatnonzero(np.isfinite(extent))
-    before, after = begin[body], end[body]
+    body = np.flatnonzero(moved_from.bounded)
+    before, after = moved_from.begin[body], moved_from.end[body]
     moved, d = after - before, before.shape[1]
     try:
         start, neighbours = Delaunay(before).vertex_neighbor_vertices
@@ -190,7 +189,7 @@ def mean_strain(
 def strain_of(now: Moment, moved: Motion, window: Any = None, margin: Any = 0.0, kind: Any = "all") -> MeanStrain:
     """The fit of a motion that ends at a moment."""
     begin, d = moved.begin, moved.begin.shape[1]
-    chosen = np.isfinite(moved.extent) & ~now.hidden
+    chosen = moved.bounded.copy()
     if one_of(kind, "kind", KINDS) != "all":
         chosen &= now.beads == (kind == "beads")
     if window is not None:

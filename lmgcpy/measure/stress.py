@@ -36,8 +36,8 @@ def stress(sim: Source, *, frame: int | None = None, volume: float | None = None
     a stress balances, is "total" and "kinetic" together.
 
     ``volume`` [m^3, per metre of depth in 2D] is by default the volume of the periodic cell, or of the box between
-    opposite walls. A scene with neither raises ValueError, which asks for the volume. In a periodic cell the antagonist is
-    the nearest image.
+    opposite walls, hidden ones left out. A scene with neither raises ValueError, which asks for the volume. In a periodic
+    cell the antagonist is the nearest image.
 
     A tower of three disks of 10 N each:
 
@@ -76,7 +76,7 @@ def _kinetic(now: Moment) -> np.ndarray:
 
 def sample_volume(now: Moment) -> float:
     """Volume between the faces of the periodic cell and between the walls that face each other [m^3, per metre of depth in
-    2D]; raises the error of :func:`box_volume`."""
+    2D], hidden ones left out; raises the error of :func:`box_volume`."""
     if now.lattice is None:
         return box_volume(now.positions, now.wall_normals)
     edges = now.lattice.edges(now.positions)
@@ -128,7 +128,7 @@ def principal(sigma: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, repr=False)
 class ParticleStress(Table):
-    """The p bodies with bounds; d dimensions."""
+    """The p bodies with bounds, hidden ones left out; d dimensions."""
 
     body: np.ndarray
     """Ids, (p,)."""
@@ -161,7 +161,7 @@ def particle_stress(sim: Source, *, frame: int | None = None) -> ParticleStress:
     """
     now = moment(sim, frame, "particle_stress")
     moments = moments_of(now)
-    chosen = np.flatnonzero(np.isfinite(now.extent))
+    chosen = np.flatnonzero(now.bounded)
     return ParticleStress(chosen, now.positions[chosen], volumes_of(now)[chosen], moments[chosen])
 
 

@@ -44,6 +44,15 @@ def in_a_cell():
     )
 
 
+def one_step(scene):
+    """A simulation of a scene after a step, and the positions of its bodies before."""
+    for color in sorted({body.color for body in scene.bodies} & {"GRAIN", "WALL"}):
+        scene.see("GRAIN", color, lm.Coulomb(friction=0.3))
+    sim = lm.Simulation(scene, time_step=2e-3, overlap="ignore")
+    since = sim.positions.copy()
+    return sim.run(steps=1), since
+
+
 def numbers(found, name=""):
     """The arrays of a measure by name."""
     if isinstance(found, tuple):
@@ -55,7 +64,7 @@ def numbers(found, name=""):
 
 
 def all_measures(sim, since):
-    """Every measure of a simulation that its scene allows."""
+    """Every measure of a simulation that its scene allows; of single bodies, of those of which ``since`` has positions."""
     d, of = sim.model.dimension, lm.measure
     window = (np.full(d, 0.1), np.full(d, 0.5))
     found = {
@@ -87,11 +96,7 @@ def test_measures_are_those_of_the_last_step_until_the_next(laid):
     """Bodies are added, a law gets another friction, time step and theta are set: no measure changes until the next step,
     before and after the simulation takes the statements over for a checkpoint."""
     scene, *later = laid()
-    for color in {body.color for body in scene.bodies if body.color in ("GRAIN", "WALL")}:
-        scene.see("GRAIN", color, lm.Coulomb(friction=0.3))
-    sim = lm.Simulation(scene, time_step=2e-3, overlap="ignore")
-    since = sim.positions.copy()
-    sim.run(steps=1)
+    sim, since = one_step(scene)
     before = all_measures(sim, since)
     assert before[".contacts.normal"].sum() > 1.0
 
@@ -111,3 +116,56 @@ def test_measures_are_those_of_the_last_step_until_the_next(laid):
     stay()
     sim.step()
     assert len(lm.measure.particle_stress(sim)) >= len(before[".particles.body"]) + 1
+
+
+@pytest.mark.parametrize("laid", [in_a_box, in_a_cell])
+def test_hidden_bodies_are_left_out(laid):
+    """Hidden bodies among the others, and a hidden wall across the box, change no measure."""
+    (sim, since), (scene, *more) = one_step(laid()[0]), laid()
+    for body in more:
+        scene.add(body).hide()
+    with_hidden, since_of_all = one_step(scene)
+    one, other = all_measures(sim, since), all_measures(with_hidden, since_of_all)
+    assert not other[".reactions"][len(since) :].any()
+    other[".reactions"] = other[".reactions"][: len(since)]
+    for name, value in one.items():
+        if value.dtype.kind == "f":
+            np.testing.assert_allclose(other[name], value, atol=1e-9, err_msg=name)
+        else:
+            np.testing.assert_array_equal(other[name], value, err_msg=name)
+
+
+def test_bodies_that_are_hidden_in_a_run_count_up_to_the_last_step_that_they_made(tmp_path):
+    """The lid and a disk, which are hidden after the second step: until then there are 16 disks in a box."""
+    scene, *_ = in_a_box()
+    sim, _ = one_step(scene)
+    corner, lid = scene.bodies[15], scene.bodies[-1]
+
+    def there(source, **frame):
+        assert lm.measure.particle_stress(source, **frame).body.tolist() == list(range(16))
+        assert lm.measure.strain(source, **frame, **since(frame)).body.tolist() == list(range(16))
+        assert lm.measure.stress(source, **frame)["total"].shape == (2, 2)
+
+    def gone(source, **frame):
+        assert lm.measure.particle_stress(source, **frame).body.tolist() == list(range(15))
+        assert lm.measure.strain(source, **frame, **since(frame)).body.tolist() == list(range(15))
+        assert corner.id not in lm.measure.network(source, **frame).rattlers
+        with pytest.raises(ValueError, match="Give volume="):
+            lm.measure.stress(source, **frame)
+
+    def since(frame):
+        return {} if frame else {"since": start}
+
+    def hide(sim):
+        if sim.steps == 2:
+            corner.hide()
+            lid.hide()
+            there(sim)
+
+    start = sim.positions.copy()
+    sim.run(steps=2, record=tmp_path / "run.h5", every=1, on_step=hide)
+    gone(sim)
+    with lm.io.open_run(tmp_path / "run.h5") as run:
+        assert run.hidden(1).sum() == 2
+        there(run, frame=1)
+        gone(run, frame=2)
