@@ -140,6 +140,7 @@ class Run:
         """Read the content of the file again; returns the run."""
         self.close()
         self._scene_is_sound = False
+        self.__dict__.pop("_statements", None)
         self._file = open_to_read(self.path)
         try:
             with sentences_of_damage(self.path):

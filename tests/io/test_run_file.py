@@ -176,8 +176,11 @@ def test_refresh_shows_what_came_since(path):
     heap().run(steps=10, record=path)
     sim = lm.resume(path)
     run = lm.io.open_run(path)
+    assert not run.hidden(-1).any()
+    sim.scene.bodies[5].hide()
     sim.run(steps=10)
     assert run.refresh().frame_count == 3
+    assert np.flatnonzero(run.hidden(-1)).tolist() == [5]
     run.close()
 
 
