@@ -18,7 +18,7 @@ EXACT = lm.GaussSeidel(tolerance=1e-12, max_iterations=20_000)
 
 def work_of_contacts(sim: lm.Simulation) -> np.ndarray:
     """Normal and tangential work of each contact in the last step [J], (m, 2)."""
-    problem, _ = sim._last
+    problem = sim.last_step.problem
     work = 0.5 * problem.system.impulse * (problem.data.before + problem.data.after)
     return np.column_stack([work[:, 0], work[:, 1:].sum(axis=1)])
 

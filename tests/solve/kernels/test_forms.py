@@ -146,7 +146,7 @@ def heap(dimension, law, clump=False):
 
 def agree(sim):
     """The relative velocities and the momentum of a step are those of the rows as a matrix, to round-off."""
-    problem, _ = sim._last
+    problem = sim.last_step.problem
     H = problem.interaction_matrix()
     velocity = np.random.default_rng(0).normal(size=problem.system.velocity.shape)
     u = problem.relative_velocities(velocity)
