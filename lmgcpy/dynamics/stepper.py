@@ -665,7 +665,6 @@ class Stepper:
     def _take(self, checkpoint: Checkpoint, changes: list[Change]) -> None:
         """Take the state of a checkpoint; ValueError if it holds interactions of another scene."""
         self._go_through(changes, checkpoint)
-        self._last = None
         self._detector.take_memory(checkpoint.memory)
         self.state.positions[:] = checkpoint.positions
         self._driven_overlaps.look_at(self.model, self.state.positions)

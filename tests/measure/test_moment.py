@@ -118,16 +118,6 @@ def test_measures_are_those_of_the_last_step_until_the_next(laid):
     assert len(lm.measure.particle_stress(sim)) >= len(before[".particles.body"]) + 1
 
 
-def test_a_restored_simulation_has_no_step_yet():
-    """The step that it made before is not the one of its checkpoint."""
-    sim, _ = one_step(in_a_box()[0])
-    point = sim.checkpoint()
-    assert len(sim.run(steps=2).interactions) > 0
-    sim.restore(point)
-    assert len(sim.interactions) == 0
-    assert not lm.measure.reaction(sim, "GRAIN").force.any()
-
-
 @pytest.mark.parametrize("laid", [in_a_box, in_a_cell])
 def test_hidden_bodies_are_left_out(laid):
     """Hidden bodies among the others, and a hidden wall across the box, change no measure."""
