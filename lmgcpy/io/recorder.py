@@ -73,7 +73,9 @@ class RunRecorder:
 
     @classmethod
     def going_on(cls, run: Run, steps: int, observations: Observations) -> RunRecorder:
-        """The recorder of an existing file, whose last checkpoint is at step ``steps``."""
+        """The recorder of an existing file, whose last checkpoint is at step ``steps``; ValueError if it has no frame."""
+        if not len(run.steps):
+            raise ValueError("it has no frame")
         recorder = cls(run.path, every=run.options["every"], flush=run.options["flush"])
         recorder._rows.observations = observations
         recorder._rows.begin(run.laws, run.dimension, run.moments)

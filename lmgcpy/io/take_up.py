@@ -72,7 +72,7 @@ def go_on(sim: Any, run: Run, observe: Observe | None) -> None:
     _same_names(run.path, list(columns), list(observations))
     with sentences_of_damage(run.path):
         sim.restore(run.checkpoint())
-    sim.recorder = RunRecorder.going_on(run, sim.steps, observations)
+        sim.recorder = RunRecorder.going_on(run, sim.steps, observations)
 
 
 def go_on_elsewhere(sim: Any, run: Run, record: str, observe: Observe | None) -> None:
