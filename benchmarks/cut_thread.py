@@ -1,8 +1,8 @@
 """Short fibres beside the continuous thread at equal weight: the thread of a sample is cut in pieces: docs/strength.md.
 
 Samples of 1500 dense grains with a thread of content 0.3, as in ``strength_thread.py``, are relaxed with the whole thread.
-Each is compressed across the layers without the thread, with it, and with the same thread cut in pieces of so many nodes,
-0.64 grain diameters apart. A cut takes one segment out. Gains are over the same sample without the thread.
+Each is compressed across the layers without the thread, with it, and with the same thread cut in pieces of 32 and of 16
+nodes, 0.64 grain diameters apart. A cut takes one segment out. Gains are over the same sample without the thread.
 
     python benchmarks/cut_thread.py FOLDER [SEEDS [WORKERS]]      # 0 workers: the table of what is there
 """
@@ -27,7 +27,7 @@ STRAIN = 0.15
 
 
 def cut(sample: Sample, nodes: int) -> Sample:
-    """The sample with its thread in pieces of so many nodes; the last takes what is left."""
+    """The sample with its thread in pieces of ``nodes`` nodes; the last takes what is left."""
     (count,), (gaps,) = sample.wires, sample.link_gaps
     starts = np.arange(0, count - nodes + 1, nodes)
     ends = np.append(starts[1:], count)

@@ -217,7 +217,7 @@ class Rows:
         for name in ("candidate", "antagonist", "gap", "normal"):
             net[name] = getattr(view, name)
         # readers go back to the detection by the velocities of the frame and the scheme of the file, and divide by its time
-        # step: so levers and forces are those of the step, also if velocities, time step or theta were set since
+        # step: so levers and forces are as in the step, also if velocities, time step or theta were set since
         step = sim.last_step
         assert step is not None
         detected, model = step.detected(sim.positions), step.model
