@@ -23,7 +23,6 @@ from lmgcpy.experiment.texsol.study import PlannedTest
 
 PIECES = (32, 16)
 """Nodes of a piece."""
-STRAIN = 0.15
 
 
 def cut(sample: Sample, nodes: int) -> Sample:
@@ -41,9 +40,8 @@ def compare(site: Any, seed: int = 0) -> dict[str, float]:
     compacted = study.prepare(study.lay(site), site)
 
     def crush(name: str, law: str, sample: Sample) -> Any:
-        planned = PlannedTest(law, "z", STRAIN, 0)
-        test = study.test(sample, planned)
-        return site.run(name, f"triaxial test, {name}", test.step_count(STRAIN), test.run, STRAIN, frames=0)
+        test = study.test(sample, PlannedTest(law, "z", study.strain, 0))
+        return site.run(name, f"triaxial test, {name}", test.step_count(study.strain), test.run, study.strain, frames=0)
 
     sand = crush("sand", "none", compacted.sample)
     found: dict[str, float] = {}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
@@ -103,7 +104,7 @@ def usual_force(sample: Sample, inertial_number: float) -> float:
     tension of a wire is no such mean.
     """
     is_sand = sample.dimension == 3 and not sample.wires and not sample.bodies
-    return inertial_number * max(1.0, np.sqrt(len(sample.radii) / MANY)) if is_sand else inertial_number
+    return inertial_number * max(1.0, math.sqrt(len(sample.radii) / MANY)) if is_sand else inertial_number
 
 
 @named_arguments

@@ -258,6 +258,8 @@ def build(description: Mapping[str, Any], *, settled: bool = False) -> Scene:
     _add_skins(scene, description)
     if "elements_after" in description:
         scene._elements_after = int(description["elements_after"])
+        if not 0 <= scene._elements_after <= len(scene.bodies):
+            raise ValueError("the surfaces between bodies come after more bodies than there are, or fewer than none")
     scene._settled = False
     if "media" in description:
         scene._media = media_of(description["media"], len(scene.bodies))

@@ -416,6 +416,15 @@ def test_a_file_that_begins_after_a_change_of_the_step_holds_impulses_of_its_own
     same_bits(whole, again)
 
 
+@pytest.mark.parametrize("count", [-1, 3])
+def test_surfaces_that_come_after_bodies_that_are_not_there_are_refused(count):
+    scene = lm.Scene(dimension=2)
+    nodes = [scene.add(lm.point_mass(position=(0.1 * k, 0.0), mass=1.0)) for k in range(2)]
+    scene.chain(nodes, lm.RigidWire(), surface=lm.Thread(0.01))
+    with pytest.raises(ValueError, match="come after more bodies than there are"):
+        from_description({**describe(scene), "elements_after": count})
+
+
 @pytest.mark.parametrize("late", [1, 3])
 def test_a_run_with_a_thread_goes_on_after_bodies_were_added(tmp_path, late):
     """Contactors keep the numbers by which impulses are remembered: those of late bodies come after the segments."""
