@@ -34,6 +34,7 @@ from lmgcpy.dynamics.solve_step import solve_step
 from lmgcpy.dynamics.step_problem import StepProblem
 from lmgcpy.dynamics.straight_spans import StraightSpans
 from lmgcpy.dynamics.sweep_mass import ROUNDS, sweep_mass
+from lmgcpy.dynamics.torn_links import may_tear, ways_of_whole_links
 from lmgcpy.dynamics.turning_stretch import TurningStretch
 from lmgcpy.dynamics.watch import Said
 from lmgcpy.dynamics.watch.costly_steps import CostlySteps
@@ -178,6 +179,7 @@ class Stepper:
         In space, bodies that keep a rotation turn freely in (1) and (5), where their spins change with it
         (``lmgcpy/dynamics/rotation.py``); v in (2) is the velocity after (1).
 
+        In (1) bodies whose rigid links velocities given by hand would tear move as one (``lmgcpy/dynamics/torn_links.py``).
         In a periodic cell bodies move with ``v + G q`` instead of v (``lmgcpy/dynamics/cell.py``). If links or contacts
         would make energy as they are pulled back, (4) and (5) take the impulses of two solves
         (``lmgcpy/dynamics/turning_stretch.py``, ``turning_overlap.py``). If light bodies whip, (5) is projected
@@ -206,10 +208,16 @@ class Stepper:
         sentences = self._take_statements()
         earlier = self._draw_chains()
         h, theta, state, v = self.time_step, self.theta, self.state, self.state.velocities
+        first, whole, written = (1.0 - theta) * h, None, None
         # bytes: ten times as fast as array_equal in small scenes
-        written = None if v.tobytes() == self._left.tobytes() else (1.0 - theta) * h * (v - self._left)
-        self._move(v, (1.0 - theta) * h, v, 0.0, CellMotion.first_move)  # (1)
-        driven, driven_last = self._turn((1.0 - theta) * h, v, state.positions), 0.0
+        if self.steps == 0 or v.tobytes() != self._left.tobytes():  # velocities were given by hand
+            whole = self._whole(v)
+            written = (first * v if whole is None else whole) - first * self._left
+        if whole is None:
+            self._move(v, first, v, 0.0, CellMotion.first_move)  # (1)
+            driven, driven_last = self._turn(first, v, state.positions), 0.0
+        else:
+            driven, driven_last = self._move_whole(whole), 0.0
         flight = self._free_flight(v)  # (2)
         found = self._find_impulses(v, flight, earlier, written)  # (3), (4)
         problem = found.problem
@@ -330,6 +338,28 @@ class Stepper:
             now.update(past)
         own.update(then, _assembler=Assembler(then["model"]))  # its arrays may be half filled
 
+    def _whole(self, velocities: np.ndarray) -> np.ndarray | None:
+        """Ways to the detection (n, k) that tear no rigid link, if velocities given by hand would; else None."""
+        model, first = self.model, (1.0 - self.theta) * self.time_step
+        before = self._left if self.steps else np.zeros_like(velocities)
+        if not (first and may_tear(model.links, velocities - before, before)):
+            return None
+        moves = self._displacement_watch.measure(velocities, self.time_step)
+        own = np.zeros(len(velocities), dtype=bool)
+        _, problem = self._assemble(velocities, self._free_flight(velocities), moves, None, own)
+        return ways_of_whole_links(problem, first * velocities, first * before, model.mass, model.inverse_mass)
+
+    def _move_whole(self, ways: np.ndarray) -> float:
+        """Equation (1) by these ways (n, k); bodies whose ways are replaced do not turn. Returns the work of what drives a
+        part of the spins of others [J]."""
+        state, first = self.state, (1.0 - self.theta) * self.time_step
+        kept = np.flatnonzero((ways != first * state.velocities).any(axis=1))
+        rotations, spins = state.positions[kept, 3:], state.velocities[kept].copy()
+        self._move(ways, 1.0, ways, 0.0, CellMotion.first_move)
+        driven = self._turn(first, state.velocities, state.positions)
+        state.positions[kept, 3:], state.velocities[kept] = rotations, spins
+        return driven
+
     def _turn(self, time: float, velocities: np.ndarray, positions: np.ndarray) -> float:
         """Turn the bodies that keep a rotation in space freely for a time [s]: their quaternions among the ``positions``
         (n, 7), in place, and with them their spins among the velocities (n, 6). Returns the work of what drives a part of
@@ -401,6 +431,8 @@ class Stepper:
             )
             self.report = self.report.with_work(report, self.report)
             after = far.measure(solved.system.velocity, h)
+        if written is not None:
+            self._turning_stretch.move_on(given.relative_velocities(written))
         displacement, projected, predicted = h * solved.system.velocity, None, solved.predicted_gaps()
         whipping, turning, here = self._whipping_links, self.model.turning, self.state.positions
         ahead = self._ahead(solved.system.velocity) if whipping.turns or len(turning) else None

@@ -209,6 +209,10 @@ class TurningStretch:
         if count:
             self.predicted = data.gap[:count] + data.time_step * data.after[:count, 0]
 
+    def move_on(self, ways: np.ndarray) -> None:
+        """Let the bodies have gone on, by relative ``ways`` (m, d), from where the last step predicted the gaps."""
+        self.predicted = self.predicted + ways[: len(self.predicted), 0]
+
     def _kinetic(self, before: np.ndarray, free: np.ndarray) -> np.ndarray:
         """Kinetic energy of the bodies of each net before the step, and what its loads give them from rest [J]; from
         velocities before it and without impulses, (n, k)."""
