@@ -85,7 +85,7 @@ def main() -> None:
             test = Triaxial(lighter, lm.RigidWire(), inertial_number=2e-3, solver=solver)
             options = {"time_step": test.time_step, "on_unconverged": "ignore", "overlap": "ignore"}
             sim = lm.Simulation(test.box.scene, solver=solver, **options).run(steps=STEPS)
-            step, h = sim._last[0], sim.time_step
+            step, h = sim.last_step[0], sim.time_step
             impulse, velocity = twin(step)
             links, beads = sample.bead_count - 1, sample.bead_count
             here, there = (-r[:links, 0] / h for r in (step.system.impulse, impulse))

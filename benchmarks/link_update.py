@@ -159,7 +159,7 @@ def wire(law: lm.Law, wire_blocks: bool):
     scene.chain(beads, law, reference_gap=0.6)
     solver = lm.GaussSeidel(tolerance=1e-12, max_iterations=1, wire_blocks=wire_blocks)
     sim = lm.Simulation(scene, time_step=1e-3, solver=solver, on_unconverged="ignore").run(steps=1)
-    return sim._last[0], sim._last[0].free_velocity
+    return sim.last_step[0], sim.last_step[0].free_velocity
 
 
 def compare(name: str, blocks: bool) -> list:

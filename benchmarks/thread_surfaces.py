@@ -54,7 +54,7 @@ def one_of_each(count: int) -> lm.Simulation:
 def costs(count: int) -> list[list]:
     sim = one_of_each(count)
     sim.step()
-    problem = sim._last[0]
+    problem = sim.last_step[0]
     system, rows = problem.system, {}
     velocities = system.velocity.copy()
     groups = [

@@ -172,7 +172,7 @@ def test_a_light_body_that_nothing_touches_is_in_balance(solver):
     sim = lm.Simulation(scene, time_step=1e-3, solver=solver)
     for _ in range(3):
         sim.step()
-        assert sim._last[0].light.body.tolist() == [2]
+        assert sim.last_step[0].light.body.tolist() == [2]
         assert sim.energy.unbalanced == 0.0
         assert abs(sim.energy.defect) < 1e-13 * abs(sim.energy.loads)
 
@@ -209,7 +209,7 @@ def test_which_bodies_are_swept_with_more():
         scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=0.3))
         sim = lm.Simulation(scene, time_step=1e-3)
         sim.step()
-        return sweep_mass(sim.model, sim._last[1], tolerance, np.arange(len(sim.model.mass)) == (2 if own else -1))
+        return sweep_mass(sim.model, sim.last_step[1], tolerance, np.arange(len(sim.model.mass)) == (2 if own else -1))
 
     assert found(0.99 * HEAVY) is None
     assert found(1e4, above=False) is None
@@ -238,7 +238,7 @@ def test_nodes_of_a_thread_between_two_grains_are_swept_with_more(balls):
         sim = lm.Simulation(scene, time_step=1e-3)
         sim.step()
         assert len(sim.interactions)
-        found.append(sweep_mass(sim.model, sim._last[1], 1e-2, np.zeros(len(sim.model.mass), dtype=bool)))
+        found.append(sweep_mass(sim.model, sim.last_step[1], 1e-2, np.zeros(len(sim.model.mass), dtype=bool)))
     thread, sheet = found
     if balls == 1:
         assert thread is None
@@ -260,7 +260,7 @@ def test_where_masses_are_alike_nothing_changes():
     sim = lm.Simulation(scene, time_step=1e-3)
     for _ in range(20):
         sim.step()
-        assert not len(sim._last[0].light.body)
+        assert not len(sim.last_step[0].light.body)
 
 
 def mixed(dimension, law, *, periodic=False, count=4):
@@ -304,7 +304,7 @@ def test_light_grains_in_the_gaps_of_a_pack(dimension, law, periodic):
     sim.run(steps=3)
     kept = sim.checkpoint()
     sim.run(steps=3)
-    assert len(sim._last[0].light.body)
+    assert len(sim.last_step[0].light.body)
     assert sim.unconverged_steps == 0
     energy = sim.energy
     assert abs(energy.defect) < 1e-12 * max(energy.turned, energy.kinetic)
@@ -326,7 +326,7 @@ def test_momentum_takes_sweeps_away_once_light_bodies_are_in_balance(tolerance, 
         sim = lm.Simulation(mixed(2, lm.Coulomb(friction=0.3)), time_step=1e-3, solver=solver)
         report = sim.step()
         assert report.solved
-        assert len(sim._last[0].light.body)
+        assert len(sim.last_step[0].light.body)
         found.append(report.iterations)
     assert found[0] == pytest.approx(without, rel=0.2)
     assert found[1] < 0.7 * found[0]
@@ -341,7 +341,7 @@ def test_any_number_of_threads_gives_the_same_bits():
         sim = lm.Simulation(scene, time_step=1e-3, solver=ACCELERATED, threads=threads)
         sim.run(steps=2)
         assert sim._detector.place is not None
-        assert len(sim._last[0].light.body)
+        assert len(sim.last_step[0].light.body)
         found.append((sim.positions.copy(), sim.velocities.copy()))
     for one, other in zip(*found, strict=True):
         assert np.array_equal(one, other)
@@ -358,4 +358,4 @@ def test_a_wire_is_as_long_as_it_is():
     sim.run(steps=5)
     weight = G * (10.0 + 1e-4 * np.arange(19, -1, -1))
     assert -sim.interactions.force[:, 0] == pytest.approx(weight, rel=1e-9)
-    assert not len(sim._last[0].light.body)
+    assert not len(sim.last_step[0].light.body)

@@ -249,7 +249,7 @@ def _own(body: lm.Body, place: np.ndarray) -> np.ndarray:
 def test_the_blocks_of_w_are_those_of_the_rows_of_h(d, closed):
     """Detection writes what H^T M^-1 H has at each link, and between a link and the next one, in a ring or not."""
     sim = through_points(d, 3, closed)
-    problem = sim._last[0]
+    problem = sim.last_step[0]
     system, links = problem.system, 6 if closed else 5
     H = problem.interaction_matrix().toarray()
     W = H @ np.diag(system.inverse_mass.ravel()) @ H.T
@@ -593,7 +593,7 @@ def test_stiff_levers_and_drag_are_two_things_in_the_balance():
     for _ in range(50):
         sim.step()
         assert abs(sim.energy.defect) < 1e-12 * abs(sim.energy.total_loads)
-    assert sim._levers.stiffness(sim._last[0], sim._last[0].system.impulse).any()
+    assert sim._levers.stiffness(sim.last_step[0], sim.last_step[0].system.impulse).any()
 
 
 @pytest.mark.long
@@ -606,7 +606,7 @@ def test_waves_are_looked_for_in_chains_that_come_after_chains_at_points():
     beads += [scene.add(lm.disk(radius=0.01, position=(2.0 + 0.1 * k, 0.0), mass=1e-3, color="BEAD")) for k in range(1, 4)]
     scene.chain([*beads, post_at(scene, (2.4, 0.0))], lm.ElasticWire(stiffness=1e5), reference_gap=0.07)
     sim = lm.Simulation(scene, time_step=1e-3).run(steps=50)
-    assert sim._last[0].system.geometric[1:].all()
+    assert sim.last_step[0].system.geometric[1:].all()
     assert sim.unconverged_steps == 0
 
 
@@ -753,8 +753,8 @@ def test_self_stresses_do_not_stiffen_levers_beyond_the_rounding(tension):
         scene.link(a, b, lm.RigidWire(), at=((l, 0.0), (-l, 0.0)))
     sim = lm.Simulation(scene, time_step=h)
     sim.step()
-    impulse = np.zeros_like(sim._last[0].system.impulse)
+    impulse = np.zeros_like(sim.last_step[0].system.impulse)
     impulse[:, 0] = -tension
-    kappa = LeverStiffness.of(sim.model).stiffness(sim._last[0], impulse)
+    kappa = LeverStiffness.of(sim.model).stiffness(sim.last_step[0], impulse)
     asked = h * tension * l * np.array([1.0, 2.0, 1.0]) / 2e-5 - 2.0
     assert kappa[:, 0] / 2e-5 == pytest.approx(np.minimum(asked, 1e10), rel=1e-6)

@@ -273,7 +273,7 @@ def test_the_local_blocks_are_those_of_the_assembled_operator(dimension):
     cell.impose_stress(yx=100.0)
     sim = lm.Simulation(scene, time_step=2e-4).run(steps=30)
     problem, d = sim.problem(), dimension
-    system = sim._last[0].system
+    system = sim.last_step[0].system
     W = problem.W.toarray()
     rows = np.arange(len(W)).reshape(-1, d)
     blocks = W[rows[:, :, None], rows[:, None, :]]
@@ -287,7 +287,7 @@ def test_the_local_blocks_are_those_of_the_assembled_operator(dimension):
         assert system.shear[contacts] == pytest.approx(blocks[contacts, :2, 2], abs=1e-12 * scale)
     u = W @ system.impulse[:, :d].ravel() + problem.q
     assert len(rows) > 10
-    bias = u.reshape(-1, d) - sim._last[0].data.after[:, :d]
+    bias = u.reshape(-1, d) - sim.last_step[0].data.after[:, :d]
     assert np.abs(bias[:, 1:][contacts]).max() < 1e-12 * np.abs(u).max()
 
 
@@ -305,7 +305,7 @@ def test_contacts_that_roll_are_those_of_the_assembled_operator_too(dimension):
     cell = scene.periodic(**dict.fromkeys(AXES[:dimension], 0.01 * count))
     cell.impose_stress(**{axis + axis: -1e3 for axis in AXES[:dimension]}).impose_rate(xy=2.0)
     sim = lm.Simulation(scene, time_step=2e-4, solver=lm.Auto(tolerance=1e-9)).run(steps=100)
-    problem, system, after = sim.problem(), sim._last[0].system, sim._last[0].data.after
+    problem, system, after = sim.problem(), sim.last_step[0].system, sim.last_step[0].data.after
     u = problem.velocities(system.impulse)
     assert problem.width > dimension
     assert np.abs((u - after)[:, 1:]).max() < 1e-12 * np.abs(u).max()  # the normal ones have the biases

@@ -186,7 +186,7 @@ def test_energy_is_never_made(ratio):
 def test_a_step_that_rolls_is_a_problem(partner):
     """Its W and q are those of the kernels, and it can be solved alone, by sweeps and by Newton steps."""
     sim = heap(rolling(0.5, 0.2), solver=lm.Newton(tolerance=1e-11), partner=partner).run(steps=150)
-    problem, impulses = sim.problem(), sim._last[0].system.impulse
+    problem, impulses = sim.problem(), sim.last_step[0].system.impulse
     assert problem.width == 3
     assert lm.residual(problem, impulses) < 2e-11
     assert np.abs(problem.velocities(impulses)[:, 2]).max() > 1e-3  # some roll
@@ -244,7 +244,7 @@ def test_rolling_beads_of_a_wire(solver):
     stiff = rolled = 0
     for _ in range(60):
         sim.step()
-        problem, impulses = sim.problem(), sim._last[0].system.impulse
+        problem, impulses = sim.problem(), sim.last_step[0].system.impulse
         assert lm.residual(problem, impulses) < 1e-8
         both = bool((problem.geometric > 0.0).any()) and bool((sim.interactions.moment != 0.0).any())
         stiff += bool((problem.geometric > 0.0).any())
@@ -328,7 +328,7 @@ def test_slabs_and_threads_roll_alike():
     plain = box(1).run(steps=40)
     with partition_from(20):
         one, two = box(1).run(steps=40), box(2).run(steps=40)
-    assert len(one._last[0].groups.phase) > 2
+    assert len(one.last_step.problem.groups.phase) > 2
     assert np.array_equal(one.velocities, two.velocities)
     assert np.array_equal(one.interactions.moment, two.interactions.moment)
     assert np.abs(one.velocities - plain.velocities).max() < 1e-3

@@ -204,7 +204,7 @@ def test_solvers_agree(held):
         assert np.abs(one.spins - other.spins).max() < 1e-4
     assert one.unconverged_steps == 0
     assert abs(one.energy.defect) < 1e-12
-    problem, impulses = one.problem(), one._last[0].system.impulse
+    problem, impulses = one.problem(), one.last_step.problem.system.impulse
     assert problem.width == 6
     assert lm.residual(problem, impulses) < 2e-9  # the assembled W is that of the kernels
     for solver in (lm.Auto(tolerance=1e-9), lm.Newton(tolerance=1e-10)):
@@ -273,7 +273,7 @@ def test_slabs_and_threads_roll_alike():
     plain = heap(rolling(0.5, 0.2), **given).run(steps=40)
     with partition_from(10):
         one, two = (heap(rolling(0.5, 0.2), threads=n, **given).run(steps=40) for n in (1, 2))
-    assert len(one._last[0].groups.phase) > 2
+    assert len(one.last_step.problem.groups.phase) > 2
     assert np.array_equal(one.velocities, two.velocities)
     assert np.array_equal(one.interactions.moment, two.interactions.moment)
     assert np.abs(one.velocities - plain.velocities).max() < 1e-3

@@ -97,7 +97,7 @@ def one_contact(make, d):
     sim = lm.Simulation(scene, time_step=1e-12, overlap="ignore")
     sim.step()
     (row,) = np.flatnonzero(sim.interactions.law == "coulomb")
-    return sim, sim._last[0], row, np.random.default_rng(3).standard_normal(sim.state.velocities.shape)
+    return sim, sim.last_step[0], row, np.random.default_rng(3).standard_normal(sim.state.velocities.shape)
 
 
 @pytest.mark.default_parameters(make=DEFAULT)

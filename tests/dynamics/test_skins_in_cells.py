@@ -106,7 +106,7 @@ def test_the_gap_grows_with_the_nodes_the_ball_and_the_cell(make, d):
     scene.cell.impose_rate(xx=1e-9)  # a cell that moves, so that interactions have branches
     sim = lm.Simulation(scene, time_step=1e-12, overlap="ignore")
     sim.step()
-    problem, rows = sim._last[0], np.flatnonzero(sim.interactions.law == "coulomb")
+    problem, rows = sim.last_step[0], np.flatnonzero(sim.interactions.law == "coulomb")
     assert len(rows) >= 2
     rng, way = np.random.default_rng(3), 1e-6
     velocities = np.zeros_like(sim.state.velocities)

@@ -82,7 +82,7 @@ def test_any_number_of_threads_gives_the_same_bits(make, solver):
             sim.step()
         expected = all_of(sims[0])
         assert all(all_of(sim) == expected for sim in sims[1:])
-    table = sims[0]._last[0].groups
+    table = sims[0].last_step.problem.groups
     assert len(table.phase) - 1 >= 3  # wires, even slabs, odd slabs, the rest
     assert len(table.task) - 1 >= 6
     assert sims[0]._detector.rebuilds > 2
@@ -142,8 +142,8 @@ def test_slabs_solve_the_same_problem():
         sim.solver = solver
         sim.step()
         assert sim.report.status == "converged"
-    assert len(by_slabs._last[0].groups.task) > 4
-    assert len(by_ids._last[0].groups.task) == 2
+    assert len(by_slabs.last_step.problem.groups.task) > 4
+    assert len(by_ids.last_step.problem.groups.task) == 2
     scale = np.abs(by_ids.velocities).max()
     assert by_slabs.velocities == pytest.approx(by_ids.velocities, abs=1e-7 * scale)
     assert by_slabs.energy.drives == pytest.approx(by_ids.energy.drives, rel=1e-6)
@@ -152,7 +152,7 @@ def test_slabs_solve_the_same_problem():
 @pytest.mark.usefixtures("partition_small_scenes")
 def test_tasks_that_are_done_side_by_side_write_to_no_body_twice():
     sim = lm.Simulation(box_of_spheres(), time_step=2e-3, on_unconverged="ignore", overlap="ignore").run(steps=20)
-    problem = sim._last[0]
+    problem = sim.last_step[0]
     table, system = problem.groups, problem.system
     seen = np.zeros(len(system.candidate), dtype=int)
     held = (system.inverse_mass == 0.0).all(axis=1)

@@ -109,7 +109,7 @@ def same_bits(make, dimension, solver, steps, threads):
         expected = bits(sims[0])
         assert all(bits(sim) == expected for sim in sims[1:])
         edges.append(sims[0].scene.cell.edges)
-    assert np.diff(sims[0]._last[0].groups.phase).max() >= 3
+    assert np.diff(sims[0].last_step.problem.groups.phase).max() >= 3
     return sims[0], np.array(edges)
 
 
@@ -153,7 +153,7 @@ def interactions_by_task(problem):
 def test_tasks_that_are_done_side_by_side_write_to_no_body_twice(kind, dimension):
     """Nor to one copy of the cell; and the ring is closed: next to all interactions are in slabs, across the faces too."""
     sim = simulation(KINDS[kind](dimension, SIDES[dimension]), solver=SOLVERS["plain"]).run(steps=30)
-    problem = sim._last[0]
+    problem = sim.last_step[0]
     system, free_velocity = problem.system.reordered(problem.row, problem.free_velocity)
     rows, phases = interactions_by_task(problem)
     assert sorted(np.concatenate(rows)) == list(range(len(system.candidate)))
@@ -199,8 +199,8 @@ def test_slabs_solve_the_same_problem(rounds, dimension, kind):
         for sim in (by_ids, by_slabs):
             sim.step()
             assert sim.report.residual <= 5e-10, (sim.report, sim.time)  # rounding may stop a step at 2e-10
-        assert len(by_slabs._last[0].groups.task) > 4
-        assert len(by_ids._last[0].groups.task) == 2
+        assert len(by_slabs.last_step.problem.groups.task) > 4
+        assert len(by_ids.last_step.problem.groups.task) == 2
         scale = np.abs(by_ids.velocities).max()
         assert by_slabs.velocities == pytest.approx(by_ids.velocities, abs=1e-6 * scale)  # 1e-7 at rest, 3e-9 else
         edges = by_ids.scene.cell.lattice.rows

@@ -344,7 +344,7 @@ def test_nets_that_a_ball_joins_are_together():
     scene.see("BALL", "NET", lm.Coulomb(friction=0.3))
     sim = lm.Simulation(scene, time_step=1e-3)
     sim.run(steps=5)
-    together = sim._turning_stretch._together(sim._last[0])
+    together = sim._turning_stretch._together(sim.last_step[0])
     groups = [np.unique(part).tolist() for part in (together[:4], together[4:8], together[8:9], together[9:])]
     assert [len(group) for group in groups] == [1, 1, 1, 1]
     assert len(np.unique(together)) == 4

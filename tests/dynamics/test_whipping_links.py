@@ -220,7 +220,7 @@ def test_ways_that_close_a_contact_or_change_another_link_are_not_gone():
     """An elbow on a floor: it may go up and along, not down; with an elastic link to a third body it may not go at all."""
     sim = stretching(1e-3, floor=math.sqrt(0.2475) - 0.01)
     sim.step()
-    problem, links = sim._last[0], WhippingLinks(sim.model)
+    problem, links = sim.last_step[0], WhippingLinks(sim.model)
     for way, may in (((0.0, 1e-3), True), ((1e-3, 0.0), True), ((0.0, -1e-3), False)):
         added = np.zeros((4, 2))
         added[1] = way

@@ -160,7 +160,7 @@ def test_a_pendulum_on_light_beads_is_no_wave():
     scene.chain(beads, lm.RigidWire())
     sim = lm.Simulation(scene, time_step=5e-3)
     sim.run(duration=3.0)
-    assert sim._links.resolution(sim._last[0].system.impulse, sim._last[0].data.gap, 5e-3).max() > 2.0
+    assert sim._links.resolution(sim.last_step[0].system.impulse, sim.last_step[0].data.gap, 5e-3).max() > 2.0
 
 
 @pytest.mark.long
@@ -190,7 +190,7 @@ def test_a_wire_that_grains_shake_is_no_wave(seed, beat):
         warnings.simplefilter("always")
         sim.run(duration=10.0 * period)
     assert not any("waves of the wire" in str(one.message) for one in told)
-    stiff = sim._links.resolution(sim._last[0].system.impulse, sim._last[0].data.gap, sim.time_step)
+    stiff = sim._links.resolution(sim.last_step[0].system.impulse, sim.last_step[0].data.gap, sim.time_step)
     assert stiff.max() > 4.0
     assert np.abs(sim.velocities[1 : COUNT + 1]).max() > 1e-3
 

@@ -53,7 +53,7 @@ def test_the_report_tells_it(dimension, sweeps):
     sim = tower(lm.GaussSeidel(tolerance=1e-9, max_iterations=sweeps), dimension=dimension)
     report = sim.step()
     assert report.force > 0.0
-    assert report.force == pytest.approx(error_of_force(sim._last[0]), rel=1e-9)
+    assert report.force == pytest.approx(error_of_force(sim.last_step[0]), rel=1e-9)
 
 
 def test_it_is_bounded_by_the_solver():

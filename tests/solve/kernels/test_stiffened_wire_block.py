@@ -176,7 +176,7 @@ def stiffened_step(sim: lm.Simulation) -> StepProblem:
     """The first step of a simulation in which links have geometric stiffness, solved."""
     for _ in range(10):
         sim.step()
-        problem = sim._last[0]
+        problem = sim.last_step[0]
         if problem.system.geometric.any():
             return problem
     raise AssertionError("no link is stiffened")

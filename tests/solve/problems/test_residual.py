@@ -13,7 +13,7 @@ import lmgcpy as lm
 def parts(scene, sim):
     """(law, reference gap, parameters) of every interaction, in canonical order; of contacts the gap that the step before
     predicted, as the step has it."""
-    view, known = sim.interactions, sim._last[0].data.reference_gap
+    view, known = sim.interactions, sim.last_step[0].data.reference_gap
     found = []
     for chain in scene.chains:
         table = chain.law.table(chain.radius_sums + chain.reference_gap)
@@ -103,7 +103,7 @@ def test_local_blocks_are_those_of_the_dense_operator():
     before = state_velocities(sim)
     sim.step()
     problem = dense_step(sim, before)
-    system = sim._last[0].system
+    system = sim.last_step[0].system
     links = 7 + 2 + 5 + 4
     diagonal = np.diag(problem.W).reshape(-1, 2)
     assert system.delassus[:, 0] == pytest.approx(diagonal[:, 0], rel=1e-12)

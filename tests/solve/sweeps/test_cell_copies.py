@@ -42,7 +42,7 @@ def squeezed(dimension, inertia, friction=0.0, *, slabs=True):
     with partition_from(20 if slabs else 10_000):
         sim = lm.Simulation(scene, time_step=1e-3, on_unconverged="ignore", overlap="ignore")
     sim.solver = lm.GaussSeidel(tolerance=1e-3, max_iterations=3)
-    return sim.run(steps=1)._last[0]
+    return sim.run(steps=1).last_step.problem
 
 
 @pytest.mark.default_parameters(dimension=[2])
