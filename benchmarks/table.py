@@ -1,13 +1,16 @@
-"""A benchmark's table: printed, with machine and versions, and written as CSV."""
+"""A benchmark's table: printed, with machine and versions, and written as CSV. What is timed is compiled first."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 from lmgcpy.bench import machine
+from lmgcpy.compiled.meanwhile import meanwhile
 from lmgcpy.writing import markdown_table, write_table
 
 RESULTS = Path(__file__).parent / "results"
+
+meanwhile.stop()
 
 
 def report(name: str, header: list[str], rows: list[list]) -> None:

@@ -17,6 +17,7 @@ import lmgcpy as lm
 from lmgcpy.compiled.ahead import ahead
 from lmgcpy.compiled.cache import CacheWarning
 from lmgcpy.compiled.kernel import Statistics, statistics
+from lmgcpy.compiled.meanwhile import meanwhile
 from lmgcpy.contact.slabs import partition_from
 from lmgcpy.experiment.texsol.sample import lay_sample
 from lmgcpy.laws import Law, Parameter, registry
@@ -84,6 +85,7 @@ def make(part: Part) -> Made:
     """Compile or load the kernels of a part; raises CacheWarning, and what goes wrong with what all laws share."""
     failure = None
     ahead.is_over = True  # the workers share all processors
+    meanwhile.stop()
     if _no_cache:  # said once, but parts may wait in the queue of this process
         raise _no_cache[0]
     with warnings.catch_warnings():
@@ -169,9 +171,9 @@ def kernels_of_law(law: type[Law], dimension: int) -> None:
 
 def stiffen(sim: lm.Simulation) -> None:
     """Compile the kernels of links with geometric stiffness."""
-    assert sim._last is not None
+    assert sim.last_step is not None
     links = sim._links
-    links.stiffen(sim._last.problem, np.ones(links.count), np.zeros(links.count))
+    links.stiffen(sim.last_step.problem, np.ones(links.count), np.zeros(links.count))
 
 
 def two_steps(scene: lm.Scene, solver: Any, *, threads: int = 1) -> lm.Simulation:

@@ -11,11 +11,15 @@ Two suites. The default one answers in minutes; ``-m long`` runs what it leaves 
 one: what repeats at every change has no time for all of them.
 
 Workers of pytest-xdist compile the kernels that many tests need together, before they import the tests.
+Steps wait for their kernels to be compiled, also in processes that tests start.
 Hypothesis draws the same examples at every run and keeps no data base. Ctrl-C is heard.
 """
 
+import os
 import signal
 from pathlib import Path
+
+os.environ["LMGCPY_COMPILE_FIRST"] = "1"  # before lmgcpy is imported
 
 import pytest
 import suites

@@ -10,7 +10,7 @@ import click
 from lmgcpy import laws as registry
 from lmgcpy.cli.options import CommaList
 from lmgcpy.compiled.cache import CacheWarning, cache_directory
-from lmgcpy.compiled.kernel import INTERPRETED
+from lmgcpy.compiled.mode import INTERPRETED
 from lmgcpy.experiment.study.stages import Stages
 from lmgcpy.warmup import warm_up
 

@@ -15,6 +15,9 @@ import threading
 
 from lmgcpy.compiled.waiting import have_locks
 
+COMPILE_FIRST = "LMGCPY_COMPILE_FIRST"
+"""Variable of the environment that has all kernels compiled before they are used, see :mod:`lmgcpy.compiled.meanwhile`."""
+
 
 class _Ahead:
     """The second process of this process."""
@@ -22,7 +25,12 @@ class _Ahead:
     def __init__(self) -> None:
         self._statement: str | None = None
         # whether none is to be started any more
-        self.is_over = not have_locks() or _processors() < 2 or not sys.executable or getattr(sys, "frozen", False)
+        self.is_over = not (have_locks() and self.has_processors() and sys.executable) or getattr(sys, "frozen", False)
+
+    @staticmethod
+    def has_processors() -> bool:
+        """Whether there is a processor for another process."""
+        return _processors() > 1
 
     def would_need(self, statement: str) -> None:
         """Say by which statement of Python, in a new process, kernels are compiled that will be needed if any are."""
@@ -37,7 +45,13 @@ class _Ahead:
         program = f"import sys; sys.path[:] = {sys.path!r}; {alone}; {self._statement}"
         silent = subprocess.DEVNULL
         try:
-            process = subprocess.Popen([sys.executable, "-c", program], stdin=silent, stdout=silent, stderr=silent)
+            process = subprocess.Popen(
+                [sys.executable, "-c", program],
+                stdin=silent,
+                stdout=silent,
+                stderr=silent,
+                env={**os.environ, COMPILE_FIRST: "1"},
+            )
         except OSError:  # a system that starts no processes: then all is compiled here
             return
         threading.Thread(target=process.wait, daemon=True).start()  # takes note of its end

@@ -34,6 +34,7 @@ from numba.core.sigutils import normalize_signature
 from numba.core.typing.templates import builtin_registry
 
 from lmgcpy.compiled.fingerprint import described
+from lmgcpy.compiled.mode import NotCompiled, mode
 from lmgcpy.compiled.waiting import turn
 from lmgcpy.errors import warn
 from lmgcpy.writing import beside
@@ -122,6 +123,8 @@ class KernelCache(NullCache):
             return None
         result = _read(path, arguments, context)
         if result is None:
+            if mode.loads_only:
+                raise NotCompiled
             turn.take(path, worth_waiting=lambda: self.why_not_kept() is None)
             result = _read(path, arguments, context)
             if result is not None:

@@ -14,7 +14,8 @@ directory. It does four things that ``numba.njit(cache=True)`` does not:
 * :meth:`Kernel.specialise` gives some global names a new meaning, in the kernel and in the functions that it calls, and
   so makes one kernel per interaction law out of one readable template, at no cost per call and cached like every other.
 
-With ``NUMBA_DISABLE_JIT=1`` kernels run as plain Python, names replaced alike.
+Kernels run as plain Python, names replaced alike, with ``NUMBA_DISABLE_JIT=1``, and in the steps of small scenes while
+another process compiles (:mod:`lmgcpy.compiled.meanwhile`).
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ import gc
 import types
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numba
@@ -47,6 +49,8 @@ from lmgcpy.compiled.fingerprint import (
     rebuildable,
     slots_of,
 )
+from lmgcpy.compiled.mode import INTERPRETED, mode
+from lmgcpy.compiled.plain import STAND_INS, bind, plain_copy, unbound
 from lmgcpy.compiled.waiting import told_to_wait, turn
 from lmgcpy.errors import closest
 
@@ -55,8 +59,6 @@ CompilerError = (
     getattr(numba.core.errors, "UnsupportedBytecodeError", numba.core.errors.NumbaError),
 )
 """Errors that numba raises if it cannot compile a function; 0.60 has one class for all."""
-INTERPRETED = bool(numba.config.DISABLE_JIT)  # type: ignore[attr-defined]
-"""Whether kernels run as plain Python: ``NUMBA_DISABLE_JIT=1`` at the start of the process, for debuggers and coverage."""
 
 
 class Kernel(Template):
@@ -76,17 +78,20 @@ class Kernel(Template):
 
     def __call__(self, *arguments):
         if self._called is None:
-            self._called = self.interpreted if INTERPRETED else self.dispatcher
+            self._called = self.interpreted if mode.plain else self.dispatcher
+            mode.called.append(self)
         return self._called(*arguments)
+
+    def forget(self) -> None:
+        """Look again, at the next call, how kernels run."""
+        self._called = None
 
     @property
     def interpreted(self) -> Callable:
         """The kernel as plain Python, with names replaced as in the compiled one; divisions by zero are silent, too."""
         if self._interpreted is None:
             assert isinstance(self.function, types.FunctionType)
-            copy, complete = _compilable(self.function, self.names, "interpreted", OPTIONS)
-            complete()
-            self._interpreted = np.errstate(all="ignore")(copy)
+            self._interpreted = np.errstate(all="ignore")(plain_copy(self.function, self.names, {}))
         return self._interpreted
 
     @property
@@ -102,7 +107,7 @@ class Kernel(Template):
 
     def make_ready(self, *arguments: Any) -> None:
         """Load or compile what a call with such arguments needs, and run nothing."""
-        if INTERPRETED:
+        if mode.plain:
             return
         dispatcher: Any = self.dispatcher
         dispatcher.compile(tuple(map(dispatcher.typeof_pyval, arguments)))
@@ -124,16 +129,11 @@ class Kernel(Template):
             self._specialised[key] = Kernel(self.function, {**self.names, **names})
         return self._specialised[key]
 
-    def pointer(self, signature: numba.core.typing.Signature) -> Any:
+    def pointer(self, signature: numba.core.typing.Signature) -> Pointer:
         """A C function of this signature: its ``.address`` can stand in a table; keep the object alive."""
-        if INTERPRETED:
-            return Pointer(self.interpreted)
-        function, complete, cache, options = self._prepare(signature.args)
-        pointer: Any = CFunc(function, normalize_signature(signature), locals={}, options=options, pipeline_class=Compiler)
-        pointer._cache = cache
-        pointer._compiler.compile = _undisturbed(pointer._compiler.compile, complete)
-        pointer.compile()
-        _in_use.append(pointer)
+        pointer = Pointer(self, signature)
+        if not mode.plain:
+            _ = pointer.compiled  # says here if it cannot be compiled
         return pointer
 
     def _prepare(self, arguments: tuple) -> tuple[types.FunctionType, Callable[[], None], KernelCache, dict[str, Any]]:
@@ -156,20 +156,49 @@ class Kernel(Template):
 
 
 class Pointer:
-    """Stands in for a C function where kernels run as plain Python."""
+    """A C function of a kernel. A number replaces its address if kernels run as plain Python."""
 
     functions: ClassVar[dict[int, Callable]] = {}
-    """By address."""
+    """Plain functions by number."""
 
-    def __init__(self, function: Callable):
-        self.address = len(self.functions) + 1
-        self.functions[self.address] = function
+    def __init__(self, kernel: Kernel, signature: numba.core.typing.Signature):
+        self._kernel = kernel
+        self._signature = signature
+
+    @property
+    def address(self) -> int:
+        """The address, which only kernels that run as now may call."""
+        return self._number if mode.plain else self.compiled.address
+
+    @cached_property
+    def compiled(self) -> Any:
+        """The function of numba."""
+        function, complete, cache, options = self._kernel._prepare(self._signature.args)
+        signature = normalize_signature(self._signature)
+        made: Any = CFunc(function, signature, locals={}, options=options, pipeline_class=Compiler)
+        made._cache = cache
+        made._compiler.compile = _undisturbed(made._compiler.compile, complete)
+        made.compile()
+        _in_use.append(made)
+        return made
+
+    @cached_property
+    def _number(self) -> int:
+        number = len(self.functions) + 1
+        self.functions[number] = self._kernel.interpreted
+        return number
 
 
 def intrinsic(stand_in: Callable) -> Callable[[Callable], Any]:
     """Decorator of a function that writes machine code for kernels, see ``numba.extending.intrinsic``; ``stand_in``: a
     function that does the same if kernels run as plain Python."""
-    return (lambda definition: stand_in) if INTERPRETED else numba.extending.intrinsic
+
+    def mark(definition: Callable) -> Any:
+        made = numba.extending.intrinsic(definition)
+        STAND_INS[id(made)] = made, stand_in
+        return made
+
+    return (lambda definition: stand_in) if INTERPRETED else mark
 
 
 def kernel(function: Callable) -> Kernel:
@@ -285,19 +314,13 @@ def _compilable(
             built[key] = _inner(value, names, options, flags, built)
         return built[key]
 
-    closure = tuple(types.CellType() for _ in function.__code__.co_freevars) or None
-    # numba imports the module of this name when it loads machine code: this one always exists, a law's may not
-    scope: dict[str, Any] = {"__builtins__": __builtins__, "__name__": __name__}
+    copy, scope, cells = unbound(function)
 
     def complete() -> None:
         parts: dict[tuple, Any] = {} if built is None else built
-        found = {name: ready(value, inner, parts) for name, (value, inner) in free_names(function, names).items()}
-        scope.update(found)
-        for name, cell in zip(function.__code__.co_freevars, closure or (), strict=True):
-            cell.cell_contents = found[name]
+        free = free_names(function, names).items()
+        bind(function, {name: ready(value, inner, parts) for name, (value, inner) in free}, scope, cells)
 
-    copy = types.FunctionType(function.__code__, scope, function.__name__, function.__defaults__, closure)
-    copy.__kwdefaults__ = function.__kwdefaults__
     copy.__qualname__ = f"{function.__qualname__}_{mark}"
     copy.__module__ = function.__module__ or __name__  # of a function without one numba would keep all globals
     return copy, complete

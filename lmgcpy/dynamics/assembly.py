@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lmgcpy.compiled.kernel import kernel
+from lmgcpy.compiled.mode import mode
 from lmgcpy.contact.detector import Detector, Group
 from lmgcpy.contact.interactions import with_spare_rows
 from lmgcpy.contact.narrow_phase import Interactions
@@ -54,7 +55,8 @@ class Assembler:
         self._kept: StepProblem | None = None
         self._groups: list[Group] = []
         self._kind: tuple = ()
-        """Slots, time step, wire blocks, diagonal blocks and masses of the sweep for which ``_kept`` was laid out."""
+        """Slots, time step, wire blocks, diagonal blocks, masses of the sweep, and mode of the kernels, whose addresses it
+        has, for which ``_kept`` was laid out."""
 
     def assemble(
         self,
@@ -84,7 +86,8 @@ class Assembler:
         axes = matrices(positions, model.turning)
         kept = self._kept
         swept = (b"" if more is None else more.tobytes()) + (b"" if mobility is model.inverse_mass else mobility.tobytes())
-        kind = interactions.slot[:KEPT].tobytes(), time_step, wire_blocks, [group.diagonal for group in groups], swept
+        diagonal = [group.diagonal for group in groups]
+        kind = interactions.slot[:KEPT].tobytes(), time_step, wire_blocks, diagonal, swept, mode.plain
         if kept is None or groups is not self._groups or kind != self._kind or cell is not None:
             self._kept = kept = None  # frees its arrays before the new ones are made
             rate = time_step / self._size

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lmgcpy.compiled.ahead import ahead
+from lmgcpy.compiled.meanwhile import MOST, meanwhile
 from lmgcpy.contact.detection_tables import ChainTable
 from lmgcpy.contact.detector import Detector
 from lmgcpy.contact.foreign_pairs import NarrowPhaseError
@@ -82,7 +83,7 @@ class Found(NamedTuple):
 
 CHANGED = (
     *("model", "steps", "report", "energy", "unconverged_steps", "worst_residual", "worst_slip", "_scheme"),
-    *("_last", "_left", "_links", "_levers", "_straight_spans", "_displacement_watch"),
+    *("_is_small", "_last", "_left", "_links", "_levers", "_straight_spans", "_displacement_watch"),
 )
 """Attributes of a simulation that a step or a restore sets, besides detector and assembler."""
 
@@ -126,7 +127,8 @@ class Stepper:
         self.scene = scene
         self.model: Model = scene.compile()
         ahead.would_need(f"from lmgcpy.warmup import solver_kernels; solver_kernels({self.model.dimension})")
-        for sentence in check_start(self.model, overlap):
+        self._is_small = is_small(self.model)
+        for sentence in self._meanwhile(lambda: check_start(self.model, overlap), copied=False):
             warn(sentence)
         self.state: BodyState = self.model.start
         self.state.overlap = overlap
@@ -195,12 +197,20 @@ class Stepper:
         """
         self._refuse_asked("step")
         self._last = None  # frees the arrays of the step before
-        sentences = self._journal.whole_or_not_at_all(self._all, self._make_step, self._go_back)
+        sentences = self._meanwhile(self._whole_step, copied=True)
         for sentence in sentences:  # last: if warnings are errors, the step is made all the same
             warn(sentence)
         if self.on_unconverged == "stop" and not self.report.solved and not self._running:
             raise self._unsolved()
         return self.report
+
+    def _meanwhile(self, work: Callable[[], list[str]], copied: bool) -> list[str]:
+        """``work()``, as plain Python if its kernels have to be compiled and the scene is small."""
+        return meanwhile.do(work, copied) if self._is_small and of_lmgcpy(self.solver) else work()
+
+    def _whole_step(self) -> list[str]:
+        """Make a whole step, or none."""
+        return self._journal.whole_or_not_at_all(self._all, self._make_step, self._go_back)
 
     def _make_step(self) -> list[str]:
         """Make a step by the equations of :meth:`step`; returns sentences for the user about it."""
@@ -289,6 +299,7 @@ class Stepper:
             if row is not now:  # the energy of contacts under other parameters is not known before the step
                 self.energy.stored = {name: value for name, value in self.energy.stored.items() if name != row.law.NAME}
         self.model, self._detector, self._assembler = model, detector, Assembler(model)
+        self._is_small = is_small(model)
         self._links = LinkStiffness.of(model.chains, model.inverse_mass, model.dimension)
         self._levers = LeverStiffness.of(model)
         self._straight_spans = StraightSpans.of(model.links, model.inverse_mass, model.dimension)
@@ -887,3 +898,15 @@ class Stepper:
             f"<{type(self).__name__} of {len(self.positions)} bodies at t = {self.time:g} s, step {self.steps}, "
             f"h = {self.time_step:g} s; {f'last step {self.report.status}' if self.steps else 'no step yet'}>"
         )
+
+
+def is_small(model: Model) -> bool:
+    """Whether steps of plain Python serve until the kernels of a scene are compiled: it has few bodies, and laws of
+    lmgcpy, which are known to compile."""
+    laws = [*(row.law for row in model.rows), *(links.law for links in model.links)]
+    return len(model.mass) <= MOST and all(map(of_lmgcpy, laws))
+
+
+def of_lmgcpy(part: Any) -> bool:
+    """Whether a law or a solver is one of lmgcpy."""
+    return type(part).__module__.startswith("lmgcpy.")

@@ -37,7 +37,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lmgcpy.compiled.kernel import INTERPRETED, kernel
+from lmgcpy.compiled.kernel import kernel
+from lmgcpy.compiled.mode import mode
 from lmgcpy.errors import named_arguments, number
 from lmgcpy.solve.problems.report import CONVERGED, NOT_FINITE, ROUND_OFF, SPENT, STAGNATED, Outcome
 from lmgcpy.solve.sweeps.iterates import EXTRAPOLATE, KEEP, RESUME, START, STEP, TAKE_BEST
@@ -102,7 +103,7 @@ STATE = np.dtype(
 def new_state() -> np.ndarray:
     """The state of a solve that has not begun, (1,) of :data:`STATE`."""
     state = np.zeros(1, STATE)
-    return state.view(np.recarray) if INTERPRETED else state  # compiled code reads fields as attributes of either
+    return state.view(np.recarray) if mode.plain else state  # compiled code reads fields as attributes of either
 
 
 @kernel

@@ -19,7 +19,8 @@ import numpy as np
 
 from lmgcpy.compiled.atomic import add, exchange, load, store
 from lmgcpy.compiled.by_address import ROOM, call_at, call_work, giving_way, work_signature, write
-from lmgcpy.compiled.kernel import INTERPRETED, Kernel, kernel
+from lmgcpy.compiled.kernel import Kernel, kernel
+from lmgcpy.compiled.mode import mode
 from lmgcpy.compiled.reference import by_reference
 from lmgcpy.contact.interactions import with_spare_rows
 from lmgcpy.solve.kernels.system import Groups, System
@@ -234,7 +235,7 @@ class Crew:
         tasks = len(groups.task) - 1
         chunks = max((1, *(end - first for first, end in pairwise(groups.phase.tolist()))))
         words = np.zeros(24, dtype=np.int64)
-        self._helpers = threads - 1 if chunks > 1 and not INTERPRETED else 0
+        self._helpers = threads - 1 if chunks > 1 and not mode.plain else 0
         partial, beta, bounds, limits = np.zeros((max(tasks, chunks), 4)), np.zeros(1), np.zeros(4), np.zeros(8)
         flat = [np.zeros(0)] * 7
         if iterates:
