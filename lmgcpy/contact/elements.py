@@ -34,6 +34,7 @@ from lmgcpy.contact.features import (
     IN_SPACE,
     Corners,
     Topology,
+    beside_nodes,
     corner_shapes,
     edge_shapes,
     facet_shapes,
@@ -91,7 +92,7 @@ class SkinTable:
 
     def shapes(self, points: np.ndarray, crossed: Crossed = None) -> list[np.ndarray]:
         """Shapes of its features in the order of :attr:`sorts`, for nodes at ``points`` (V, d)."""
-        at = Corners(points, self.net, crossed)
+        at = Corners(beside_nodes(Corners(points, self.net, crossed)), self.net, crossed)
         ridges = ridges_of(at)
         found = [facet_shapes(at, self.radius, ridges=ridges)] if len(self.net.facets) else []
         if self.net.dimension == 3:

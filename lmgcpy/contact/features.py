@@ -679,6 +679,20 @@ def spoke_vectors(at: Corners) -> np.ndarray:
     return np.where(begins[..., None], along[net.spokes], -along[net.spokes])
 
 
+def beside_nodes(at: Corners) -> np.ndarray:
+    """The corners, (V, d), with those that end a line, or that a line goes straight through, moved along it by
+    :data:`ASIDE`. A centre exactly over such a node, as symmetric scenes have it, then meets one feature: over a node in a
+    line the node and the lines beside it would share the place up to rounding."""
+    spokes = spoke_vectors(at)
+    there = at.net.spokes >= 0
+    opposite = spokes @ spokes.transpose(0, 2, 1) <= 0.5 * FLAT**2 - 1.0
+    through = opposite.any(axis=2) | (there & (there.sum(axis=1) == 1)[:, None])
+    along = spokes[np.arange(len(spokes)), through.argmax(axis=1)]
+    size = float(np.abs(at.points).max(initial=0.0))
+    way = ASIDE * size * (along @ GENERIC[: at.net.dimension])
+    return at.points + np.where(through.any(axis=1), way, 0.0)[:, None] * along
+
+
 def corner_shapes(at: Corners, radius: float) -> np.ndarray:
     """Shapes of the corners (V, 4 + 3 K), or of the tips (V, 3 + 2 K)."""
     count = len(at.points)

@@ -1030,3 +1030,38 @@ def test_a_pressure_that_fails_is_named(answer, kind, words):
     thread(scene, [(0, 0), (1, 0)]).skin.impose_pressure(answer)
     with pytest.raises(kind, match=words):
         lm.Simulation(scene, time_step=1e-3).step()
+
+
+def surface(kind, d):
+    """A straight held thread along x, or a flat held membrane or net, with nodes 0.1 m apart."""
+    scene = lm.Scene(dimension=d)
+    if kind == "thread":
+        places = [(0.1 * i, 0.0, 0.0)[:d] for i in range(9)]
+    else:
+        places = [(0.1 * i, 0.1 * j, 0.0) for i in range(5) for j in range(5)]
+    nodes = [scene.add(lm.point_mass(position=place, mass=1.0)).fix() for place in places]
+    across = [(k, k + 5) for k in range(20)] + [(k, k + 1) for k in range(24) if k % 5 < 4]
+    squares = [k for k in range(20) if k % 5 < 4]
+    if kind == "thread":
+        scene.chain(nodes, ROD, surface=lm.Thread(0.01, color="THREAD"))
+    elif kind == "net":
+        scene.net(nodes, across, lm.ElasticWire(stiffness=1.0), surface=lm.Thread(0.01, color="THREAD"))
+    else:
+        corners = [(k, k + 5, k + 6) for k in squares] + [(k, k + 6, k + 1) for k in squares]
+        scene.membrane(nodes, corners, lm.ElasticWire(stiffness=1.0), radius=0.01, color="THREAD")
+    return scene
+
+
+@pytest.mark.parametrize("place", [(0.1, 0.1), (0.2, 0.2), (0.1 + 0.2, 0.1), (0.3, 0.0), (0.2, 0.25), (0.0, 0.0)])
+@pytest.mark.parametrize(("kind", "d"), [("thread", 2), ("thread", 3), ("net", 3), ("membrane", 3)])
+def test_a_ball_exactly_over_a_node_has_one_contact(kind, d, place):
+    """As a symmetric scene has it. Law and node shared the place up to rounding: a law that pulls held twice."""
+    x, y = place if kind != "thread" else (place[0], 0.0)
+    scene = surface(kind, d)
+    make = lm.disk if d == 2 else lm.sphere
+    scene.add(make(radius=0.05, position=(x, 0.06) if d == 2 else (x, y, 0.06), mass=1.0))
+    scene.see("GRAIN", "THREAD", lm.Signorini())
+    sim = lm.Simulation(scene, time_step=1e-3)
+    sim.step()
+    found = sim.interactions
+    assert np.count_nonzero((found.law == "signorini") & (np.abs(found.gap) < 1e-9)) == 1
