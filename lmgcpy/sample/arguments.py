@@ -61,23 +61,26 @@ def obstacles(value: Any, dimension: int) -> tuple[np.ndarray, np.ndarray]:
     return spheres(value[0], value[1], dimension, "the obstacles")
 
 
-def box(value: Any, *, dimensions: Sequence[int] = (2, 3), open_top: bool = True) -> tuple[float, ...]:
-    """Check the lengths of a box that starts at the origin [m]; the last one is infinite if ``None`` was given."""
+def box(
+    value: Any, *, dimensions: Sequence[int] = (2, 3), open_top: bool = True, name: str = "box"
+) -> tuple[float, ...]:
+    """Check the lengths of a box of this ``name`` that starts at the origin [m]; the last one is infinite if ``None`` was
+    given."""
     kinds = " or ".join(str(dimension) for dimension in dimensions)
     if not isinstance(value, (tuple, list, np.ndarray)) or getattr(value, "shape", None) == ():
-        raise TypeError(f"box must be a tuple of {kinds} lengths [m], got {errors.shown(value)}.")
+        raise TypeError(f"{name} must be a tuple of {kinds} lengths [m], got {errors.shown(value)}.")
     if len(value) not in dimensions:
-        raise ValueError(f"box must have {kinds} lengths [m], got {len(value)}.")
+        raise ValueError(f"{name} must have {kinds} lengths [m], got {len(value)}.")
     lengths = []
     for axis, length in enumerate(value):
         top = axis == len(value) - 1
         if length is None and top and open_top:
             lengths.append(math.inf)
         elif length is None:
-            reason = "only the last length, the height, may be None" if open_top else "this box must be closed"
-            raise ValueError(f"the length of box along {AXES[axis]} is None: {reason}; give a length [m].")
+            reason = "only the last length, the height, may be None" if open_top else f"this {name} must be closed"
+            raise ValueError(f"the length of {name} along {AXES[axis]} is None: {reason}; give a length [m].")
         else:
-            lengths.append(errors.number(length, f"the length of box along {AXES[axis]}", above=0.0, unit="m"))
+            lengths.append(errors.number(length, f"the length of {name} along {AXES[axis]}", above=0.0, unit="m"))
     return tuple(lengths)
 
 

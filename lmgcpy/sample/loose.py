@@ -96,7 +96,7 @@ def scatter(radii: Any, *, cell: Any, seed: Any = 0) -> np.ndarray:
     ``numpy.random.default_rng`` takes. Raises ValueError where a grain finds no place.
     """
     sizes = arguments.radii(radii)
-    lengths = np.array(arguments.box(cell, open_top=False))
+    lengths = np.array(arguments.box(cell, open_top=False, name="cell"))
     rng = arguments.generator(seed)
     if 4.0 * float(sizes.max()) > float(lengths.min()):
         raise ValueError(

@@ -8,6 +8,9 @@ import numpy as np
 
 from lmgcpy.errors import named_arguments, number, numbers, shown, whole
 
+MOST = 1e7
+"""Most places of a net."""
+
 
 class Cells(NamedTuple):
     """Nodes of a surface and the cells between them, for ``Scene.net`` and ``Scene.membrane``."""
@@ -47,6 +50,8 @@ def net(*, size: Any, mesh: Any, nodes: int = 1) -> Cells:
     meshes = np.rint(lengths / widths).astype(int)
     if (meshes < 1).any() or (np.abs(meshes * widths - lengths) > 1e-6 * lengths).any():
         raise ValueError(f"size of a net must be whole meshes of {widths.tolist()} m, got {lengths.tolist()} m.")
+    if np.prod((meshes * pieces).astype(float)) > MOST:
+        raise ValueError(f"size of a net {lengths.tolist()} m has more than {MOST:g} places: take wider meshes.")
     # all places of a fine grid, of which those on the lines of the net are nodes
     fine = meshes * pieces
     i, j = (axis.ravel() for axis in np.meshgrid(*(np.arange(n + 1) for n in fine), indexing="ij"))

@@ -463,7 +463,7 @@ class RigidBody(Body):
 
     def __init__(self, contactors: list, *, mass: float, inertia: Any, **start: Any):
         self.dimension = dimension_of(start.get("position"))
-        super().__init__(**start)
+        super().__init__(**{"color": "GRAIN", **start})
         if not isinstance(contactors, (list, tuple)) or not contactors:
             raise TypeError(f"A rigid body needs a list of at least one contactor, got {shown(contactors)}.")
         self._contactors: list[tuple[Contactor, tuple[float, ...]]] = []

@@ -129,6 +129,8 @@ def clump(radii: Any, offsets: Any, *, density: float, separate: bool = False) -
 
 def of_solid(radii: np.ndarray, offsets: np.ndarray, solid: Solid, density: float) -> Clump:
     """The clump of some balls with the mass and the inertia of a solid."""
+    if not density * solid.volume > 0.0:
+        raise ValueError(f"radii of a clump up to {radii.max():g} m leave it no mass: they are too small.")
     from_centre, axes, inertia = offsets - solid.centre, None, solid.inertia
     if offsets.shape[1] == 3:
         inertia, axes = principal_axes(np.asarray(solid.inertia))

@@ -300,6 +300,10 @@ def plate(
     if wrong.any():
         k = (int(wrong.argmax()) + 1) % len(at)
         raise ValueError(f"A plate is convex, and goes inward at its corner {k}: give a mesh, or several plates.")
+    sides = np.roll(at, -1, axis=0) - at
+    turned = np.arctan2(turns @ normal, (sides * np.roll(sides, -1, axis=0)).sum(axis=1)).sum()
+    if turned > 3.0 * math.pi:  # a star turns by 4 pi
+        raise ValueError("The corners of a plate go round it more than once: give them in order, each once.")
     triangles = np.column_stack([np.zeros(len(at) - 2, np.int64), np.arange(1, len(at) - 1), np.arange(2, len(at))])
     given = {"centre": centre, "mass": mass, "inertia": inertia, "rotation": rotation, "color": color}
     return mesh(at, triangles, radius=radius, **given)
@@ -335,7 +339,10 @@ def mesh(
     at = numbers(points, "points of a mesh", "an array (n, 3) [m]")
     if at.ndim != 2 or at.shape[1] != 3:
         raise ValueError(f"points of a mesh must be of shape (n, 3) [m], got {at.shape}.")
-    given = np.asarray(triangles)
+    try:
+        given = np.asarray(triangles)
+    except ValueError as error:  # rows of different lengths
+        raise ValueError(f"triangles of a mesh must be of shape (m, 3), got {shown(triangles)}.") from error
     if given.dtype.kind not in "iu":
         raise TypeError(f"triangles of a mesh must be whole numbers, those of its points, got {shown(triangles)}.")
     return _mesh("The mesh", at, given.astype(np.int64), radius, sides, centre, material, mass, inertia, rotation, color)
@@ -432,6 +439,12 @@ def _cleaned(name: str, points: np.ndarray, triangles: np.ndarray) -> tuple[np.n
 
 def _check_edges(name: str, points: np.ndarray, triangles: np.ndarray) -> None:
     """ValueError for more than two triangles at an edge, for the same triangle twice, and for T-joints."""
+    _, first, same = np.unique(np.sort(triangles, axis=1), axis=0, return_index=True, return_inverse=True)
+    twice = np.flatnonzero(first[same.ravel()] != np.arange(len(triangles)))
+    if len(twice):
+        other = int(twice[0])
+        both = f"{first[same.ravel()[other]]} and {other}"
+        raise ValueError(f"Triangles {both} of {_small(name)} are the same one: leave one out.")
     edges = np.sort(np.concatenate([triangles[:, [k, (k + 1) % 3]] for k in range(3)]), axis=1)
     ends, which, uses = unique_rows(edges, len(points))
     if uses.max() > 2:

@@ -138,6 +138,8 @@ def read_surface(mesh: Any) -> tuple[str, np.ndarray, np.ndarray]:
             f"{name} must be a surface, a pyvista.PolyData or the path of its file, got {shown(type(mesh).__name__)}; "
             "mesh.extract_surface() gives the surface of other meshes."
         )
+    if not mesh.n_points or not mesh.n_cells:
+        raise ValueError(f"{name} has no triangles: it is empty, or VTK cannot read its file.")
     mesh = mesh.triangulate().clean(tolerance=1e-7, absolute=False)
     points = np.array(mesh.points, dtype=float)
     if not np.isfinite(points).all():
