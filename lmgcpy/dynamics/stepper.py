@@ -358,7 +358,7 @@ class Stepper:
         moves = self._displacement_watch.measure(velocities, self.time_step)
         own = np.zeros(len(velocities), dtype=bool)
         _, problem = self._assemble(velocities, self._free_flight(velocities), moves, None, own)
-        return ways_of_whole_links(problem, first * velocities, first * before, model.mass, model.inverse_mass)
+        return ways_of_whole_links(problem, velocities, before, first, model.mass, model.inverse_mass)
 
     def _move_whole(self, ways: np.ndarray) -> float:
         """Equation (1) by these ways (n, k); bodies whose ways are replaced do not turn. Returns the work of what drives a

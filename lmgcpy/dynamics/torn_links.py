@@ -16,8 +16,11 @@ frame that moves uniformly. It is zero in a direction in which one of these bodi
 nothing is replaced: how far it draws the others along is for the laws. Relative to their centre these bodies are
 ``(1 - theta) h`` late for ever, by no more than any time stepping knows when a blow came.
 
-A link that turns becomes longer by ``(h u_t)^2 / 2 l`` and is not torn: it is if the way along it is more than that. And a
-kick is more than what went on before: velocities that are damped by hand at every step tear nothing.
+**What tears.** A link that turns becomes longer by ``(h u_t)^2 / 2 l`` within a step, and has a velocity along itself at
+its end; a lever l of a body does so by ``(h omega)^2 |l| / 2``. Only a longer way along the link tears it, which must also
+be more than the ways with the velocities from before: velocities that are damped by hand at every step tear nothing. Nor
+does a small part of the ways by which links of the same net turn, as velocities from a run have the error of its solver.
+Links that a function of time draws are left to it.
 """
 
 from __future__ import annotations
@@ -29,11 +32,12 @@ from lmgcpy.contact.detector import Group
 from lmgcpy.dynamics.geometric_stiffness import connected
 from lmgcpy.dynamics.step_problem import StepProblem
 
-ROUNDING = 1e-9
-"""A way along a link less than this part of the ways of its bodies is an error of the velocities that were given."""
+SMALL = 1e-2
+"""A way along a link less than this part of the greatest way of a link of its net is an error of the velocities that were
+given. To leave it costs such a part of a velocity; to take it for a kick would delay the whole net."""
 
 
-def may_tear(links: list[ChainTable | JointTable], given: np.ndarray, before: np.ndarray) -> bool:
+def may_tear(links: list[ChainTable], given: np.ndarray, before: np.ndarray) -> bool:
     """Whether a velocity ``given`` by hand may tear a rigid link: its bodies differ by more in it than in that ``before``,
     of velocities or of spins, (n, k)."""
     d = 2 if given.shape[1] == 3 else 3
@@ -48,44 +52,52 @@ def may_tear(links: list[ChainTable | JointTable], given: np.ndarray, before: np
 
 
 def ways_of_whole_links(
-    problem: StepProblem, ways: np.ndarray, before: np.ndarray, mass: np.ndarray, inverse_mass: np.ndarray
+    problem: StepProblem,
+    velocities: np.ndarray,
+    before: np.ndarray,
+    time: float,
+    mass: np.ndarray,
+    inverse_mass: np.ndarray,
 ) -> np.ndarray | None:
-    """The ``ways`` to the detection (n, k), or None: replaced for the bodies of rigid links that would be torn.
+    """Ways to the detection, (n, k), or None: the velocities times the ``time`` until then [s], replaced for the bodies of
+    rigid links that would be torn.
 
-    ``problem``: assembled before these ways, at the positions at which the velocities were given; ``before``: the ways with
-    the velocities before that, (n, k); ``mass`` and ``inverse_mass`` of the bodies (n, k).
+    ``problem``: assembled at the positions and with the ``velocities`` that were given, (n, k); ``before``: the velocities
+    before that; ``mass`` and ``inverse_mass`` of the bodies (n, k).
     """
     d = problem.dimension
-    links = [group for group in problem.by_law if group.chain is not None]
-    count = links[-1].stop if links else 0
+    links = [(group, group.chain) for group in problem.by_law if group.chain is not None]
+    count = links[-1][0].stop if links else 0
     c, a = problem.system.candidate[:count], problem.system.antagonist[:count]
-    way, old = problem.relative_velocities(ways), problem.relative_velocities(before)
-    torn = np.zeros(count, dtype=bool)
-    size = np.linalg.norm(ways[:, :d], axis=1)
-    for group in links:
-        if "rigid" in group.law.TRAITS:
+    way = time * problem.data.before[:count]
+    old = time * problem.relative_velocities(before)[:count]
+    longer, torn = np.zeros(count), np.zeros(count, dtype=bool)
+    for group, table in links:
+        if "rigid" in group.law.TRAITS and table.function is None:
             part = slice(group.start, group.stop)
-            most = np.maximum(turned(problem, group, way[part]), ROUNDING * (size[c[part]] + size[a[part]]))
-            most = np.maximum(most, np.linalg.norm(old[part], axis=1))
-            torn[part] = lengthened(problem, group, way[part, 0], old[part, 0]) > most
+            longer[part] = lengthened(problem, group, way[part, 0], old[part, 0])
+            bound = np.maximum(turned(problem, group, table, velocities), np.linalg.norm(old[part], axis=1))
+            torn[part] = longer[part] > bound
     if not torn.any():
         return None
     free = inverse_mass[:, :d] > 0.0
     moves: np.ndarray = np.all(free, axis=1)
     joins = moves[c] & moves[a]
-    net = connected(c[joins], a[joins], len(ways))
+    net = connected(c[joins], a[joins], len(velocities))
     ends = np.concatenate([c[torn], a[torn]])
-    whole = ways.copy()
+    ways = time * velocities
     for label in np.unique(net[ends[moves[ends]]]):
         own = moves & (net == label)
         here = own[c] | own[a]
+        if not np.any(longer[here & torn] > SMALL * np.linalg.norm(way[here], axis=1).max()):
+            continue
         linked = np.union1d(c[here], a[here])
-        if np.any(np.where(free[linked], 0.0, ways[linked, :d])):
+        if np.any(np.where(free[linked], 0.0, velocities[linked, :d])):
             continue  # driven
-        centre = np.average(ways[own, :d], axis=0, weights=mass[own, 0])
-        whole[own, :d] = np.where(free[linked].all(axis=0), centre, 0.0)
-        whole[own, d:] = 0.0
-    return whole
+        centre = time * np.average(velocities[own, :d], axis=0, weights=mass[own, 0])
+        ways[own, :d] = np.where(free[linked].all(axis=0), centre, 0.0)
+        ways[own, d:] = 0.0
+    return ways
 
 
 def lengthened(problem: StepProblem, group: Group, way: np.ndarray, old: np.ndarray) -> np.ndarray:
@@ -97,10 +109,17 @@ def lengthened(problem: StepProblem, group: Group, way: np.ndarray, old: np.ndar
     return np.minimum(way - old, way - slack)  # a slack wire is not torn before it is taut
 
 
-def turned(problem: StepProblem, group: Group, way: np.ndarray) -> np.ndarray:
-    """By how much turning lengthens the links of a group that go a ``way`` (links, d) [m], (links,); joints: by nothing."""
-    if group.chain is None or isinstance(group.chain, JointTable):
-        return np.zeros(len(way))
-    length = problem.data.gap[group.start : group.stop] + group.chain.radius_sum
-    across = (way[:, 1 : problem.dimension] ** 2).sum(axis=1)
-    return np.divide(across, 2.0 * length, out=np.zeros_like(length), where=length > 0.0)
+def turned(problem: StepProblem, group: Group, table: ChainTable, velocities: np.ndarray) -> np.ndarray:
+    """By how much turning lengthens the links of a group in a step, their own and that of levers [m], (links,)."""
+    h, d = problem.data.time_step, problem.dimension
+    part = slice(group.start, group.stop)
+    result = np.zeros(group.stop - group.start)
+    if not isinstance(table, JointTable):
+        length = problem.data.gap[part] + table.radius_sum
+        across = ((h * problem.data.before[part, 1:d]) ** 2).sum(axis=1)
+        np.divide(across, 2.0 * length, out=result, where=length > 0.0)
+    if table.points is not None:
+        lever = np.linalg.norm(table.points.offset, axis=1)
+        spin = h * np.linalg.norm(velocities[table.bodies, d:], axis=1)
+        result += sum((0.5 * lever * spin**2)[end] for end in table.ends)
+    return result

@@ -88,7 +88,8 @@ def test_a_wire_that_only_turns_starts_as_it_did(dimension):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_a_net_torn_on_all_sides_keeps_its_momenta(seed):
-    """16 balls of random masses and velocities on a closed rigid chain: linear and angular momentum of the first step."""
+    """16 balls of random masses and velocities on a closed wire: linear and angular momentum of the first step, to
+    round-off, and less energy than before."""
     rng = np.random.default_rng(seed)
     scene, angles = lm.Scene(dimension=2), np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False)
     masses = 10.0 ** rng.uniform(-2.0, 1.0, 16)
@@ -97,9 +98,10 @@ def test_a_net_torn_on_all_sides_keeps_its_momenta(seed):
         scene.add(lm.disk(radius=0.01, position=place, mass=mass, velocity=rng.normal(0.0, 4.0, 2)))
     scene.chain(scene.bodies, lm.RigidWire(), closed=True)
     sim = lm.Simulation(scene, time_step=1e-3, solver=lm.Auto(tolerance=1e-10))
-    before = momenta(sim, masses)
+    before, energy = momenta(sim, masses), masses @ (sim.velocities**2).sum(axis=1)
     sim.step()
-    np.testing.assert_allclose(momenta(sim, masses), before, atol=1e-4 * np.abs(masses @ np.abs(sim.velocities)).sum())
+    np.testing.assert_allclose(momenta(sim, masses), before, atol=1e-13 * np.abs(masses @ np.abs(sim.velocities)).sum())
+    assert masses @ (sim.velocities**2).sum(axis=1) < energy
 
 
 def momenta(sim: lm.Simulation, masses: np.ndarray) -> np.ndarray:
@@ -120,6 +122,54 @@ def test_bodies_that_a_joint_holds_share_the_momentum_of_a_kick():
         sim.step()
         np.testing.assert_allclose(sim.velocities, [(0.25, 0.0, 0.0)] * 2, atol=1e-12)
         np.testing.assert_allclose(sim.interactions.gap, 0.0, atol=1e-12)
+
+
+def jointed() -> lm.Scene:
+    """Two capsules on a ball joint, turning as one."""
+    scene = lm.Scene(dimension=3)
+    for k in range(2):
+        start = {"position": (0.1 * k, 0.0, 0.0), "velocity": (0.0, 0.5 * k, 0.0), "spin": (0.0, 0.0, 5.0)}
+        scene.add(lm.capsule(length=0.08, radius=0.01, mass=1.0, axis=(1.0, 0.0, 0.0), **start))
+    scene.link(*scene.bodies, lm.BallJoint(), at=((0.0, 0.0, 0.05), (0.0, 0.0, -0.05)))
+    return scene
+
+
+@pytest.mark.parametrize("theta", [0.5, 0.7, 0.9])
+@pytest.mark.parametrize("what", ["wire", "rod", "joint"])
+def test_a_scene_that_goes_on_from_a_run_is_no_kick(what, theta, tmp_path):
+    """At the end of a step links have turned since the detection, and have velocities along themselves."""
+    laws = {"wire": lm.RigidWire(), "rod": lm.RigidRod()}
+    scene = jointed() if what == "joint" else balls(2, [(0.0, 0.0), (0.0, 3.0), (0.0, 6.0)], laws[what], [1.0, 1.0, 1.0])
+    sim = lm.Simulation(scene, time_step=1e-3, theta=theta).run(steps=50, record=tmp_path / "run.h5")
+    on = lm.Simulation(lm.Scene.from_run(tmp_path / "run.h5"), time_step=1e-3, theta=theta)
+    sim.step()
+    on.step()
+    # one lacks the impulses and predicted gaps of the other; to take this for a kick put bodies 5e-5 to 1e-3 m off
+    np.testing.assert_allclose(on.positions, sim.positions, atol=1e-6)
+
+
+@DIMENSIONS
+def test_a_rod_that_a_function_draws_starts_with_the_velocity_of_its_bodies(dimension):
+    scene = balls(dimension, [(0.0, 0.0), (0.5, 0.0)], lm.RigidRod(), [1.0, 1.0])
+    scene.bodies[0].fix()
+    scene.chains[0].reference_gap = lambda time: np.array([0.08 + 0.5 * time])
+    sim = lm.Simulation(scene, time_step=1e-3)
+    for _ in range(3):
+        sim.step()
+        np.testing.assert_allclose(sim.velocities[1], vector(dimension, 0.5, 0.0), atol=1e-12)
+
+
+@DIMENSIONS
+@pytest.mark.parametrize("seed", range(3))
+def test_errors_of_a_solver_in_the_velocities_are_no_kick(dimension, seed):
+    """A wire that turns, with velocities off by a thousandth, starts as one without the errors, to such a part."""
+    places, rng = np.arange(8) * 0.1, np.random.default_rng(seed)
+    sims = []
+    for error in (0.0, 1e-3):
+        velocities = [(error * rng.normal(), 3.0 * place) for place in places]
+        sims.append(lm.Simulation(balls(dimension, velocities, lm.RigidRod(), [1.0] * 8), time_step=1e-3))
+        sims[-1].step()
+    np.testing.assert_allclose(sims[0].positions, sims[1].positions, atol=5.0 * 1e-3 * 1e-3)  # five errors times h
 
 
 @DIMENSIONS
