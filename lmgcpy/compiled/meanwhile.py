@@ -20,7 +20,6 @@ import threading
 import time as clock
 import warnings
 from collections.abc import Callable
-from contextlib import nullcontext
 from typing import TypeVar
 
 from lmgcpy.compiled.ahead import COMPILE_FIRST, ahead
@@ -29,7 +28,7 @@ from lmgcpy.compiled.mode import INTERPRETED, NotCompiled, mode
 from lmgcpy.compiled.waiting import told_to_wait
 
 MOST = 40
-"""Most bodies of a scene whose steps may be made as plain Python."""
+"""Most bodies of a scene whose steps may be made as plain Python: 12 grains take 6 to 30 ms a step."""
 LONG = 1.0
 """A step of plain Python that took longer [s] is the last one until the kernels are there."""
 COPIES = 6
@@ -46,7 +45,8 @@ class _Meanwhile:
     def __init__(self) -> None:
         self._copy = 0
         """Number of the process that compiles; 0 if there is none."""
-        self._left = 0 if INTERPRETED or os.environ.get(COMPILE_FIRST) else COPIES
+        helps = sys.platform == "linux" and ahead.has_processors() and not INTERPRETED
+        self._left = COPIES if helps and not os.environ.get(COMPILE_FIRST) else 0
         """How many more may follow."""
 
     def stop(self) -> None:
@@ -57,8 +57,10 @@ class _Meanwhile:
         """``work()``, as plain Python if it lacks a kernel. It is called again if it raised :class:`NotCompiled`, and must
         then find everything as before. ``copied``: whether a copy of the process is to compile what it lacks; otherwise
         nothing is compiled."""
+        if threading.active_count() > 1:  # all threads share the mode of the kernels, and a fork has one of them
+            return work()
         if self._copy and not self._has_ended():
-            return self._plainly(work) if alone() else work()
+            return self._plainly(work)
         if not self._left:
             return work()
         mode.loads_only = True
@@ -68,7 +70,7 @@ class _Meanwhile:
             pass
         finally:
             mode.loads_only = False
-        if not alone() or (copied and not self._copied(work)):
+        if copied and not self._copied(work):
             return work()
         return self._plainly(work)
 
@@ -82,9 +84,10 @@ class _Meanwhile:
 
     def wait(self) -> None:
         """Wait for the copy, if there is one."""
-        with told_to_wait() if self._copy else nullcontext():
-            while self._copy and not self._has_ended():
-                clock.sleep(LOOK)
+        if self._copy:
+            with told_to_wait():
+                while not self._has_ended():
+                    clock.sleep(LOOK)
 
     def _has_ended(self) -> bool:
         """Whether the copy has ended. If it failed there is no other: the error that it met will be met here as well."""
@@ -105,7 +108,7 @@ class _Meanwhile:
         reading, writing = os.pipe()
         try:
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore", DeprecationWarning)  # of threads of libraries: alone() says of which
+                warnings.simplefilter("ignore", DeprecationWarning)  # of threads of libraries, which rest
                 self._copy = os.fork()
         except OSError:  # a system that starts no processes
             os.close(reading)
@@ -129,11 +132,6 @@ class _Meanwhile:
             os._exit(0)
         finally:
             os._exit(1)
-
-
-def alone() -> bool:
-    """Whether this process may be copied: it has one thread, and a processor for the copy."""
-    return sys.platform == "linux" and threading.active_count() == 1 and ahead.has_processors()
 
 
 meanwhile = _Meanwhile()

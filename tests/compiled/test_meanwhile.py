@@ -65,6 +65,25 @@ def test_kernels_are_compiled_first_where_a_copy_is_not_wanted(tmp_path, why):
     assert told(WORK + code, tmp_path, **given) == [[False], 1]
 
 
+def test_another_thread_compiles_what_it_lacks(tmp_path):
+    """The mode is of the process: a kernel of another thread must not be refused because this one only loads."""
+    code = """
+begin, found = threading.Event(), []
+def other():
+    begin.wait()
+    found.append(square(2.0))
+thread = threading.Thread(target=other)
+thread.start()
+def meeting():
+    begin.set()
+    thread.join()
+    return work()
+meanwhile.do(meeting, True)
+print(json.dumps([found, seen]))
+"""
+    assert told(WORK + code, tmp_path) == [[4.0], [False]]
+
+
 def test_kernels_are_compiled_here_if_the_copy_fails(tmp_path):
     code = """
 here = os.getpid()
