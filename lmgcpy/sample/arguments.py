@@ -77,7 +77,7 @@ def box(
         if length is None and top and open_top:
             lengths.append(math.inf)
         elif length is None:
-            reason = "only the last length, the height, may be None" if open_top else f"this {name} must be closed"
+            reason = "only the last length, the height, may be None" if open_top else "this box must be closed"
             raise ValueError(f"the length of {name} along {AXES[axis]} is None: {reason}; give a length [m].")
         else:
             lengths.append(errors.number(length, f"the length of {name} along {AXES[axis]}", above=0.0, unit="m"))

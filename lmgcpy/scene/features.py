@@ -439,12 +439,6 @@ def _cleaned(name: str, points: np.ndarray, triangles: np.ndarray) -> tuple[np.n
 
 def _check_edges(name: str, points: np.ndarray, triangles: np.ndarray) -> None:
     """ValueError for more than two triangles at an edge, for the same triangle twice, and for T-joints."""
-    _, first, same = np.unique(np.sort(triangles, axis=1), axis=0, return_index=True, return_inverse=True)
-    twice = np.flatnonzero(first[same.ravel()] != np.arange(len(triangles)))
-    if len(twice):
-        other = int(twice[0])
-        both = f"{first[same.ravel()[other]]} and {other}"
-        raise ValueError(f"Triangles {both} of {_small(name)} are the same one: leave one out.")
     edges = np.sort(np.concatenate([triangles[:, [k, (k + 1) % 3]] for k in range(3)]), axis=1)
     ends, which, uses = unique_rows(edges, len(points))
     if uses.max() > 2:
@@ -454,6 +448,16 @@ def _check_edges(name: str, points: np.ndarray, triangles: np.ndarray) -> None:
             f"{uses[e]} triangles of {_small(name)}, {', '.join(map(str, at))}, meet at the edge at "
             f"{_at(points[ends[e]].mean(axis=0))}: two are the most. Make bodies of its parts, and turn them alike."
         )
+    # a triangle beside itself, the same way round: no edge has more than two
+    least = triangles.argmin(axis=1)[:, None]
+    _, first, same = np.unique(
+        np.take_along_axis(triangles, (least + np.arange(3)) % 3, axis=1), axis=0, return_index=True, return_inverse=True
+    )
+    twice = np.flatnonzero(first[same.ravel()] != np.arange(len(triangles)))
+    if len(twice):
+        other = int(twice[0])
+        both = f"{first[same.ravel()[other]]} and {other}"
+        raise ValueError(f"Triangles {both} of {_small(name)} are the same one: leave one out.")
     # corners of the boundary that lie inside an edge of the boundary
     free = ends[uses == 1]
     if not len(free):
