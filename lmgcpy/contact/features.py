@@ -33,6 +33,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, cached_property
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -509,6 +510,11 @@ class Corners:
         return places_of(self.points, self.net.edges, self.crossed)
 
     @cached_property
+    def directions(self) -> np.ndarray:
+        """Unit vectors of the edges from the first corner to the second, (E, d)."""
+        return unit(self.of_edges[:, 1] - self.of_edges[:, 0])
+
+    @cached_property
     def of_sides(self) -> np.ndarray:
         """The first corner of each side of the facets, (F, d, d)."""
         return np.take_along_axis(self.of_facets, self.net.first_of_side[..., None], axis=1)
@@ -584,11 +590,6 @@ def unit(vectors: np.ndarray) -> np.ndarray:
     return vectors / np.where(length > 0.0, length, 1.0)
 
 
-def edge_directions(at: Corners) -> np.ndarray:
-    """Unit vectors of the edges from the first corner to the second, (E, d)."""
-    return unit(at.of_edges[:, 1] - at.of_edges[:, 0])
-
-
 def facet_normals(at: Corners) -> np.ndarray:
     """Unit normals of the facets, (F, d): of triangles by the right-hand rule, of segments to the left."""
     corners = at.of_facets
@@ -600,7 +601,7 @@ def facet_normals(at: Corners) -> np.ndarray:
 
 def outward_vectors(at: Corners) -> np.ndarray:
     """Unit vectors in the facets, normal to their sides and outward, (F, d, d)."""
-    along = edge_directions(at)
+    along = at.directions
     if at.net.dimension == 2:  # the other end lies behind
         return np.stack([along, -along], axis=1)
     e = along[at.net.sides]
@@ -668,13 +669,13 @@ def edge_shapes(at: Corners, radius: float, *, ridges: Any = None) -> np.ndarray
     found: Ridges = ridges_of(at) if ridges is None else ridges
     ends = at.of_edges.reshape(-1, 6)
     size = np.broadcast_to(radius, len(ends))
-    return np.column_stack([size, ends, edge_directions(at), found.outward.reshape(-1, 6)])
+    return np.column_stack([size, ends, at.directions, found.outward.reshape(-1, 6)])
 
 
 def spoke_vectors(at: Corners) -> np.ndarray:
     """Unit vectors from each corner to the corners next to it, zeros for none, (V, K, d)."""
     net = at.net
-    along = np.concatenate([edge_directions(at), np.zeros((1, net.dimension))])
+    along = np.concatenate([at.directions, np.zeros((1, net.dimension))])
     begins = np.concatenate([net.edges[:, 0], [-1]])[net.spokes] == np.arange(len(net.spokes))[:, None]
     return np.where(begins[..., None], along[net.spokes], -along[net.spokes])
 
@@ -685,8 +686,9 @@ def beside_nodes(at: Corners) -> np.ndarray:
     line the node and the lines beside it would share the place up to rounding."""
     spokes = spoke_vectors(at)
     there = at.net.spokes >= 0
-    opposite = spokes @ spokes.transpose(0, 2, 1) <= 0.5 * FLAT**2 - 1.0
-    through = opposite.any(axis=2) | (there & (there.sum(axis=1) == 1)[:, None])
+    through = there & (there.sum(axis=1) == 1)[:, None]
+    for i, j in combinations(range(spokes.shape[1]), 2):
+        through[:, i] |= np.einsum("vd,vd->v", spokes[:, i], spokes[:, j]) <= 0.5 * FLAT**2 - 1.0
     along = spokes[np.arange(len(spokes)), through.argmax(axis=1)]
     size = float(np.abs(at.points).max(initial=0.0))
     way = ASIDE * size * (along @ GENERIC[: at.net.dimension])
