@@ -17,6 +17,7 @@ from strength import results_of
 from table import report
 
 from lmgcpy.experiment import Campaign, CampaignResults, Study3D
+from lmgcpy.experiment.texsol.conclusions import late
 from lmgcpy.experiment.texsol.result import TexSolResult, measures
 from lmgcpy.experiment.texsol.study import PlannedTest
 
@@ -40,9 +41,8 @@ def compare(site: Any, grains: int = 6500, seed: int = 0) -> dict[str, float]:
         records[name] = site.run(name, name, test.step_count(strain), test.run, strain, frames=planned.frames)
     found, _ = measures(TexSolResult(study, compacted, records, {}))
     for name, record in records.items():
-        late = record.strain > 0.8 * record.strain[-1]
         found[f"{name}: sweeps"] = float(record.iterations.mean())
-        for axis, stress in zip("xyz", np.diagonal(record.stress["wire"][late].mean(axis=0)), strict=True):
+        for axis, stress in zip("xyz", np.diagonal(late(record, record.stress["wire"])), strict=True):
             found[f"{name}: the wire's part, {axis} [Pa]"] = float(stress)
         for crushing in CRUSHINGS:
             if crushing <= TESTS[name]:
