@@ -28,13 +28,16 @@ TESTS = {"none-z": 0.15, "rigid-wire-z": 0.15, "none-x": 0.08, "rigid-wire-x": 0
 CRUSHINGS = (0.01, 0.02, 0.05, 0.10, 0.15)
 
 
-def compare(site: Any, grains: int = 6500, seed: int = 0) -> dict[str, float]:
+def compare(
+    site: Any, grains: int = 6500, seed: int = 0, slenderness: float = 1.0, tests: tuple[str, ...] = tuple(TESTS)
+) -> dict[str, float]:
     """Numbers of the tests of one sample, which begin with the law and the axis."""
-    content = {"grain_count": grains, "bead_count": grains * 35 // 65}
+    content = {"grain_count": grains, "bead_count": grains * 35 // 65, "slenderness": slenderness}
     study = Study3D(wire="thread", seed=seed, force_error=FORCE_ERROR, **content)
     compacted = study.prepare(study.lay(site), site)
     records: dict[str, Any] = {}
-    for name, strain in TESTS.items():
+    for name in tests:
+        strain = TESTS[name]
         law, axis = name.rsplit("-", 1)
         planned = PlannedTest(law, axis, strain, study.FRAMES)
         test = study.test(compacted.sample, planned)

@@ -11,7 +11,9 @@ from lmgcpy.cli.options import CommaList, kept_in, options_of, run_study, study_
 
 FIELDS = {"grains": "grain_count", "beads": "bead_count"}
 """Fields of a study by option, if their names differ."""
-ONLY_3D = {"wires", "axes", "bead_mass", "wire", "thread_diameter", "node_distance", "dtex", "wire_friction"}
+ONLY_3D = {
+    "slenderness", "wires", "axes", "bead_mass", "wire", "thread_diameter", "node_distance", "dtex", "wire_friction"
+}  # fmt: skip
 """Options that only the study in 3D has."""
 UNITS = {"strain": 0.01, "pressure": 1e3, "thread_diameter": 1e-3}
 """Units of options that are not in SI."""
@@ -32,6 +34,7 @@ option = options_of(studies, FIELDS, UNITS)
 @option("--laws", type=CommaList(str, "rigid-wire,rigid-rod"), help="Laws of the wire, separated by commas.")
 @option("--grains", type=int, help="Grains of sand.")
 @option("--beads", type=int, help="Beads of the wire.")
+@option("--slenderness", type=float, help="3D: height of the sample over its width.")
 @option("--wires", type=int, help="3D: wires that share the beads.")
 @option("--wire", type=click.Choice(["thread", "beads"]), help="3D: a smooth thread, or a chain of beads.")
 @option("--thread-diameter", type=float, help="3D: diameter of the thread [mm]; otherwise a fifth of the smallest grain.")

@@ -32,7 +32,7 @@ hundredth of a grain, is squeezed out of a gap, and what the error of force leav
 radius in a step; nothing brakes it, and it went through its own thread. (With 5 some 15 of 379 steps of a sample of 400
 grains had such a node, with 50 there was none, and steps took half the sweeps.) The force of the drag on a node that moves
 with the grains, ``m v NODE_DRAG / (d sqrt(rho/p))``, is ``26 I m / m_grain`` of the force p d^2 of the pressure on a grain:
-6e-4 for I = 2e-3 and a node of 1/85, less than the error of force."""
+4e-4 for I = 2e-3 and a node of 1/137, less than the error of force."""
 MANY = 2000
 """Number of spheres from which on the error of a force may grow with their number."""
 PARTS = ("total", "sand", "wire")

@@ -18,7 +18,7 @@ from lmgcpy.sample.wire_3d import BEAD_TO_GRAIN
 SOLID_FRACTION_2D = 0.79
 """Solid fraction of a deposit around a wire; it sizes the box so that the sample comes out about square."""
 SOLID_FRACTION_3D = 0.555
-"""Solid fraction of a deposit in its box, walls included; it sizes the box so that the sample comes out about cubic."""
+"""Solid fraction of a deposit in its box, walls included; it sizes the box so that samples come out as high as planned."""
 THETA_MAX_2D = 2.0
 """Greatest turn from bead to bead in 2D [rad], for a "random orientation state" (paper, section 3).
 
@@ -92,6 +92,7 @@ def lay_sample_3d(
     wires: int = 1,
     minimum: float = 0.4e-3,
     maximum: float = 0.6e-3,
+    slenderness: float = 1.0,
     theta_max: float = THETA_MAX_3D,
     density: float = 2600.0,
     seed: int = 0,
@@ -104,8 +105,8 @@ def lay_sample_3d(
     Grain radii are uniform by diameter between ``minimum`` and ``maximum`` [m]. A bead is 20 % as large as the smallest
     grain (paper, section 4) and the interstice as wide as a bead: no grain passes between two beads. A bead weighs as
     much as a mean grain of ``density`` [kg/m^3], as inertia plays no part in tests as slow as these.
-    ``bead_count``: number of beads of all ``wires`` together, which lie side by side. ``theta_max`` [rad]: greatest turn
-    from bead to bead within the layer.
+    ``bead_count``: number of beads of all ``wires`` together, which lie side by side. ``slenderness``: height of the sample
+    over its width. ``theta_max`` [rad]: greatest turn from bead to bead within the layer.
 
     With ``thread`` the wires are smooth, see :class:`lmgcpy.Thread`, of ``thread_diameter`` [m], by default as thick as
     beads. They are as long, and follow the beads: every second or third is a node, so that nodes are ``node_distance`` mean
@@ -121,7 +122,9 @@ def lay_sample_3d(
     number(theta_max, "theta_max", minimum=0.0, maximum=np.pi, unit="rad")
     radii = grading(grain_count, minimum=minimum, maximum=maximum, by="diameter", seed=seed)
     mean_mass = number(density, "density", above=0.0, unit="kg/m^3") * 4.0 / 3.0 * np.pi * float(np.mean(radii**3))
-    side = float(np.cbrt(4.0 / 3.0 * np.pi * np.sum(radii**3) / SOLID_FRACTION_3D))
+    number(slenderness, "slenderness", minimum=0.1, maximum=10.0)
+    side = float(np.cbrt(4.0 / 3.0 * np.pi * np.sum(radii**3) / (SOLID_FRACTION_3D * slenderness)))
+    below_top = slenderness * side - 2.0 * maximum
     bead_radius = BEAD_TO_GRAIN * float(minimum)
     link = 4.0 * bead_radius
     number(node_distance, "node_distance", above=0.0)
@@ -136,7 +139,7 @@ def lay_sample_3d(
         return Sample(positions, radii, (), gap, _box(positions, radii, side))
     # the wires stay below the surface of the deposit
     laid = wire_3d(
-        box=(side, side, side - 2.0 * maximum),
+        box=(side, side, below_top),
         bead_radius=bead_radius,
         interstice=gap,
         bead_count=bead_count // wires,
@@ -153,7 +156,7 @@ def lay_sample_3d(
     chains = [laid.positions[chain] for chain in laid.chains]
     obstacles = laid.positions
     if thread:
-        apart, inside = node_distance * 2.0 * float(np.mean(radii)), (side, side, side - 2.0 * maximum)
+        apart, inside = node_distance * 2.0 * float(np.mean(radii)), (side, side, below_top)
         chains, gap = thread_nodes(chains, spacing=link, node_distance=apart, radius=bead_radius, box=inside)
         obstacles = np.vstack([along(nodes, bead_radius) for nodes in chains])
     grains = deposit(radii, box=(side, side, None), obstacles=(obstacles, np.full(len(obstacles), bead_radius)), seed=seed)

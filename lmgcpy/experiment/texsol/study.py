@@ -50,8 +50,9 @@ BEADS = {
     "dtex": THREAD,
     "wire_friction": None,
     "force_error": None,
+    "slenderness": 1.0,
 }
-"""Fields of studies in 3D before there were threads."""
+"""Fields of studies in 3D from before there were threads and slender samples."""
 PER_PARTICLE_AND_STEP = {2: 2.7 * 1000 * 15e-9, 3: 3.8 * 500 * 20e-9}
 """Seconds of one processor: interactions a particle, sweeps a step, and seconds an interaction and sweep, as measured on
 the default studies (docs/texsol.md, docs/texsol_3d.md, docs/benchmarks.md). Jammed rods take several times as much."""
@@ -334,13 +335,13 @@ class Study3D(TexSolStudy):
     """A study in 3D. The defaults are a sample of 10 000 particles, of which 3500 are wire beads.
 
     ``axes``: axes along which the sample is compressed, with a test for each; "z" is across the layers of the wire, "x" and
-    "y" are along them. ``wires``: number of wires that share the beads. ``wire``: "thread", a smooth surface of
-    ``thread_diameter`` [m] (None: as thick as beads) along the course of the beads, with nodes at most ``node_distance``
-    mean diameters of a grain apart, or "beads", the paper's. ``dtex``: mass of the wire [g per 10 km]. ``wire_friction``:
-    of a thread against grains and against itself; None: ``friction``. ``bead_mass`` in the tests with a wire: "own", the
-    mass of a bead's or node's part of the wire, or "grain", the mass of a mean grain; None: "own" for a thread. Checks,
-    none by default, are made along the first axis: with 10 000 particles their steps take thousands of sweeps. Other fields
-    as in :class:`TexSolStudy`.
+    "y" are along them. ``slenderness``: height of the sample as laid over its width. ``wires``: number of wires that share
+    the beads. ``wire``: "thread", a smooth surface of ``thread_diameter`` [m] (None: as thick as beads) along the course of
+    the beads, with nodes at most ``node_distance`` mean diameters of a grain apart, or "beads", the paper's. ``dtex``: mass
+    of the wire [g per 10 km]. ``wire_friction``: of a thread against grains and against itself; None: ``friction``.
+    ``bead_mass`` in the tests with a wire: "own", the mass of a bead's or node's part of the wire, or "grain", the mass of
+    a mean grain; None: "own" for a thread. Checks, none by default, are made along the first axis: with 10 000 particles
+    their steps take thousands of sweeps. Other fields as in :class:`TexSolStudy`.
     """
 
     DIMENSION: ClassVar[int] = 3
@@ -362,6 +363,7 @@ class Study3D(TexSolStudy):
     axial_rigidity: float = 120.0
     check_strain: float = 0.0
     axes: tuple[str, ...] = ("z", "x")
+    slenderness: float = 1.0
     wires: int = 1
     wire: str = "beads"
     thread_diameter: float | None = None
@@ -379,6 +381,7 @@ class Study3D(TexSolStudy):
             )
         super().__post_init__()
         one_of(self.wire, "wire", WIRES)
+        number(self.slenderness, "slenderness", minimum=0.1, maximum=10.0)
         number(self.node_distance, "node_distance", above=0.0)
         number(self.dtex, "dtex", above=0.0, unit="dtex")
         if self.thread_diameter is not None:
@@ -429,6 +432,7 @@ class Study3D(TexSolStudy):
         return lay_sample_3d(
             self.grain_count,
             self.bead_count,
+            slenderness=self.slenderness,
             wires=self.wires,
             theta_max=self.theta_max,
             density=DENSITY,

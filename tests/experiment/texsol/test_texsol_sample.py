@@ -82,6 +82,21 @@ def test_a_thread_follows_the_beads_at_a_node_distance(distance, every, wires):
     assert "nodes of" in repr(thread)
 
 
+@pytest.mark.parametrize("thread", [False, True])
+@pytest.mark.parametrize("slenderness", [0.5, 1.0, 2.0])
+def test_a_sample_is_as_slender_as_asked_for(slenderness, thread):
+    """To a grain of 5 to 14 in its height; as much sand and wire, which reaches up to the last grains."""
+    sample = lay_sample_3d(600, 200, slenderness=slenderness, seed=1, thread=thread)
+    width, depth, height = sample.box
+    assert width == depth
+    assert abs(height - slenderness * width) < sample.diameter
+    nodes, grains = sample.positions[: sample.bead_count], sample.radii[sample.bead_count :]
+    assert len(grains) == 600
+    assert sample.wire_length == pytest.approx(199 * 0.32e-3)
+    assert nodes[:, 2].max() > height - 2.5 * sample.diameter
+    assert ((nodes > 0.0) & (nodes < sample.box)).all()
+
+
 @pytest.mark.parametrize("seed", [2, 3, 4])
 def test_a_thread_does_not_cross_itself(seed):
     """300 grains and a dense wire of 400 beads: segments that share no node keep their distance, to a twentieth of the
