@@ -3,8 +3,8 @@
 Reads folders of ``strength_thread.py``, and of larger samples of the same study. Cases that differ in their seed only are
 compared as ``lmgcpy continuum`` does. A table gives the tension of links by the stretch that they would have if they
 followed the sand, in the first and the last third of the tests. Then anchorage and gain are taken from the small samples
-with a content of 0.2 along the same axis, the gain less one by the content, and the other contents and sizes are predicted
-with them.
+with a content of 0.2 along the same axis, as ``lmgcpy continuum --measured-in`` does, and the other contents and sizes are
+predicted with them.
 
     python benchmarks/continuum_thread.py FOLDER...
 """
@@ -26,8 +26,7 @@ from table import report
 
 from lmgcpy.errors import AXES
 from lmgcpy.experiment import CampaignFolder, StudyFolder
-from lmgcpy.experiment.continuum.comparison import Comparison, Prediction, compare, miss, predict
-from lmgcpy.experiment.continuum.wire import mean_anchorage
+from lmgcpy.experiment.continuum.comparison import Comparison, Prediction, compare, miss
 from lmgcpy.experiment.study.engine import carry_out_study
 from lmgcpy.experiment.texsol.study import TexSolStudy
 from lmgcpy.io.run import open_run
@@ -59,11 +58,6 @@ class Group:
         return name
 
     @property
-    def content(self) -> float:
-        """Length of wire by the square of the grain diameter and the volume."""
-        return float(np.mean([wire.content for wire in self.found.wires]) * np.mean(self.found.diameters) ** 2)
-
-    @property
     def change(self) -> str:
         """The change of the usual thread, or nothing if only content, axis and number of grains are others."""
         for name, change in CHANGES.items():
@@ -91,17 +85,6 @@ def groups(folders: list[Path]) -> Iterator[Group]:
             yield group
 
 
-def moved(group: Group, source: Group) -> list[Prediction]:
-    """Predictions of a group with what was measured in another."""
-    gain = 1.0 + group.content / source.content * (float(np.mean(source.found.gains[source.test])) - 1.0)
-    made = []
-    for path in group.paths:
-        folder = StudyFolder(path, TexSolStudy)
-        result = carry_out_study(folder.read(), None, folder, resume=True)
-        made.append(predict(result, group.test, mean_anchorage(source.found.anchorages), gain))
-    return made
-
-
 def row(group: Group, many: list[Prediction]) -> list:
     """Samples, scatter, errors of the models, and what the wire bears late in the run and in the models."""
     late = [one.run.crushing[-1] * np.linspace(0.8, 0.99, 20) for one in many]
@@ -117,7 +100,8 @@ def row(group: Group, many: list[Prediction]) -> list:
         for who in ("run", "anchored", "stronger")
     ]
     scatter = f"{100 * deviator.std(ddof=1) / deviator.mean():.0f} %" if len(many) > 1 else ""
-    return [group.name, f"{group.content:.2f}", len(many), scatter, *errors, *(f"{1e-3 * value:.1f}" for value in bears)]
+    told = [f"{1e-3 * value:.1f}" for value in bears]
+    return [group.name, f"{group.found.content:.2f}", len(many), scatter, *errors, *told]
 
 
 def measured(group: Group) -> list:
@@ -131,7 +115,7 @@ def measured(group: Group) -> list:
     for values, form in ((span, ".1f"), (first, ".2f"), (last, ".2f"), (gain, ".3f")):
         scatter = f" ± {values.std(ddof=1):{form}}" if len(values) > 1 else ""
         told.append(f"{values.mean():{form}}{scatter}")
-    return [group.name, f"{group.content:.2f}", *told[:3], f"{100 * slip:.1f}", told[3]]
+    return [group.name, f"{group.found.content:.2f}", *told[:3], f"{100 * slip:.1f}", told[3]]
 
 
 def by_stretch(group: Group) -> list:
@@ -155,13 +139,13 @@ def by_stretch(group: Group) -> list:
     rows = []
     for when, sums, numbers in zip(("first", "last"), tension, counts, strict=True):
         means = [f"{t / n:.2f}" if n >= FEWEST else "-" for t, n in zip(sums, numbers, strict=True)]
-        rows.append([group.name, f"{group.content:.2f}", when, *means])
+        rows.append([group.name, f"{group.found.content:.2f}", when, *means])
     return rows
 
 
 def main(folders: list[Path]) -> None:
     """Print the tables."""
-    every = sorted(groups(folders), key=lambda one: (one.study.grain_count, one.study.axes, one.change, one.content))
+    every = sorted(groups(folders), key=lambda one: (one.study.grain_count, one.study.axes, one.change, one.found.content))
     head = ["test", "content", "samples", "scatter of seeds", *(f"{words}: q, volume off by" for words in MODELS.values())]
     head += ["the wire bears late [kPa]", "anchored", "in stronger sand"]
     strengths = ["span [d]", "strength at first [p d²]", "at the end", "slip at the end [%]", "gain in q/p"]
@@ -179,7 +163,11 @@ def main(folders: list[Path]) -> None:
     }
     others = [group for group in every if not group.change and group is not sources.get(group.study.axes)]
     print(f"\nPredicted from the content of {CONTENT * SOURCE:.2f} as ordered:")
-    rows = [row(group, moved(group, sources[group.study.axes])) for group in others if group.study.axes in sources]
+    rows = [
+        row(group, compare(group.paths, source=sources[group.study.axes].found).predictions[group.test])
+        for group in others
+        if group.study.axes in sources
+    ]
     report("continuum_thread_moved", head, rows)
 
 

@@ -5,6 +5,7 @@ rigidity is :data:`RIGID` times the rigidity with which ``p d^(D-1)`` would doub
 
 Several folders of one study, one for each seed, are compared together. For the prediction of a folder, the anchorage of the
 wire, and by how much the sand around it gains in friction, are measured in the other folders; a single folder uses its own.
+Or they are measured in samples of another size or content.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ from lmgcpy.continuum import (
     fit_sand,
     triaxial,
 )
+from lmgcpy.continuum.sand import STEEPEST
 from lmgcpy.errors import AXES
 from lmgcpy.experiment.box import Sample
 from lmgcpy.experiment.continuum.wire import Anchorage, LaidWire, mean_anchorage, measured_anchorage
@@ -46,6 +48,10 @@ anchored wire by less than 1 % in the mean: tests/experiment/continuum.)"""
 FIRST = 0.1
 """Part of a test that is not judged: rigid grains start with a jump."""
 
+OF_ONE_STUDY = ("seed", "threads")
+"""Fields of a study that its samples may differ in."""
+OF_ANOTHER_SIZE = (*OF_ONE_STUDY, "grain_count", "bead_count", "slenderness", "laws", "axes")
+"""Fields in which a study may differ from one in which the anchorage was measured."""
 UNILATERAL = ("elastic-wire", "rigid-wire")
 """Laws of the wire that the continuous model knows: it only pulls. The elastic one is the first to be measured."""
 
@@ -71,6 +77,12 @@ class Curves:
 
         wire = np.stack([between(column) for column in self.wire.T], axis=1)
         return Curves(crushing, between(self.deviator), between(self.volume), wire)
+
+
+def no_curves(dimension: int) -> Curves:
+    """Curves of a model without a solution."""
+    none = np.zeros(1)
+    return Curves(none, none, none, np.zeros((1, dimension)))
 
 
 @dataclass(frozen=True)
@@ -152,8 +164,7 @@ def driven(sand: Sand, wire: WireNetwork | None, axis: str, crushing: float, pre
             break
         except NoSolution:
             if len(strain) < 2:
-                none = np.zeros(1)
-                return Curves(none, none, none, np.zeros((1, material.dimension)))
+                return no_curves(material.dimension)
             strain = strain[: len(strain) // 2]
     d = material.dimension
     return Curves(-path.axial_strain, path.deviator, path.volume_change, path.wire[:, :d])
@@ -181,13 +192,20 @@ def friction_gain(result: Any, name: str) -> float:
     return ratios[0] / ratios[1]
 
 
-def stronger(sand: DruckerPrager, gain: float) -> DruckerPrager:
+def stronger(sand: DruckerPrager, gain: float) -> DruckerPrager | None:
     """The sand with ``gain`` times its friction, which spends all that it gains on dilation, by Taylor's rule:
     ``M' = gain M`` and ``D' = D + M' - M``, so that the work lost in a shear stays what it was. D' is
-    ``beta' (M' - M_d')`` with ``beta' = (beta + gain - 1)/gain`` and ``M_d' = M_d beta/beta'``."""
+    ``beta' (M' - M_d')`` with ``beta' = (beta + gain - 1)/gain`` and ``M_d' = M_d beta/beta'``. None if such sand would
+    carry a deviator without lateral pressure."""
+    if gain * (sand.critical + sand.peak) >= STEEPEST[sand.dimension]:
+        return None
     dilation = max((sand.dilation + gain - 1.0) / gain, 0.0)
     turning = sand.turning * sand.dilation / dilation if dilation > 0.0 else sand.turning
     return replace(sand, critical=gain * sand.critical, peak=gain * sand.peak, dilation=dilation, turning=turning)
+
+
+def _numbers_of(sand: DruckerPrager) -> dict[str, Any]:
+    return {item.name: getattr(sand, item.name) for item in fields(sand) if item.init}
 
 
 def _bare(result: Any, name: str) -> str:
@@ -205,11 +223,15 @@ def predict(result: Any, name: str, held: Anchorage, gain: float) -> Prediction:
     run, laid = curves_of(record, sample), LaidWire.of(sample)
     rigidity = axial_rigidity_of(record.law, study, sample)
     anchored = laid.anchored(rigidity, held)
-    pairs: list[tuple[Sand, WireNetwork]] = [(sand, laid.local(rigidity)), (sand, anchored), (strong, anchored)]
+
+    def model(sand: Sand | None, wire: WireNetwork) -> Curves:
+        if sand is None:
+            return no_curves(sample.dimension)
+        return driven(sand, wire, record.axis, float(run.crushing[-1]), study.pressure)
+
+    models = [model(sand, laid.local(rigidity)), model(sand, anchored), model(strong, anchored)]
     if sand.dimension == 3:
-        own = {item.name: getattr(strong, item.name) for item in fields(strong) if item.init}
-        pairs.append((MohrCoulomb(**own), anchored))
-    models = (driven(*pair, record.axis, float(run.crushing[-1]), study.pressure) for pair in pairs)
+        models.append(model(strong and MohrCoulomb(**_numbers_of(strong)), anchored))
     return Prediction(record.axis, record.law, study.seed, run, curves_of(bare, sample), *models)
 
 
@@ -245,26 +267,50 @@ class Comparison:
     """Mean diameter of the grains of each sample [m]."""
     wires: list[LaidWire]
     """The wires at the start of the tests."""
+    source: Comparison | None = None
+    """The samples in which anchorage and gains were measured; None: each time in the others of these."""
+
+    @property
+    def content(self) -> float:
+        """Length of wire by the square of the grain diameter over the volume; in 2D by the diameter, over the area."""
+        power = self.wires[0].direction.shape[1] - 1
+        return float(np.mean([wire.content for wire in self.wires]) * np.mean(self.diameters) ** power)
+
+    def for_sample(self, k: int, name: str) -> tuple[Anchorage, float]:
+        """What the prediction of the test ``name`` of sample ``k`` takes: the anchorage, and the gain in friction of the
+        sand, from the source or from the other samples; from its own test if there is no other."""
+        at = self.source or self
+        there = [i for i in range(len(at.studies)) if at is not self or i != k] or [k]
+        gain = float(np.mean([at.gains[name][i] for i in there]))
+        held = mean_anchorage([at.anchorages[i] for i in there])
+        return held, 1.0 + self.content / at.content * (gain - 1.0)
 
     def __repr__(self) -> str:
         return f"<Comparison of {len(self.studies)} studies: {', '.join(self.predictions)}>"
 
 
-def compare(folders: Sequence[Path], tell: Callable[[str], None] = lambda text: None) -> Comparison:
+def compare(
+    folders: Sequence[Path], tell: Callable[[str], None] = lambda text: None, source: Comparison | None = None
+) -> Comparison:
     """Fit, measure and predict; ``tell`` is called with a line on each action.
 
+    ``source``: samples of another size or content, in which anchorage and gains were measured. The anchorage is taken to
+    the width of each sample, see :meth:`Anchorage.at`, and the gain less one goes with the content of wire.
+
     Raises FileNotFoundError if a folder holds no TexSol study or lacks a run. Raises ValueError if studies differ in more
-    than their seed or have the same seed, if a run is not complete, or if tests without a wire or with one are missing.
+    than their seed or have the same seed, if a run is not complete, if tests without a wire or with one are missing, or if
+    the source differs in more than seeds, size and content, or lacks a test.
     """
     results: list[TexSolResult] = []
     runs: list[StudyFolder] = []
+    elsewhere = [] if source is None else source.studies
     for path in folders:
         folder = StudyFolder(path, TexSolStudy)
         study = folder.read()
         check_runs(folder, study)
         if results:
-            _check_same(study, results[0].study, path)
-        if study.seed in [result.study.seed for result in results]:
+            _check_same(study, results[0].study, path, OF_ONE_STUDY, "compare studies that differ in their seed only")
+        if _sample_of(study) in [_sample_of(other) for other in (*(result.study for result in results), *elsewhere)]:
             raise ValueError(
                 f"The seed {study.seed} of '{path}' is there already: a sample cannot be predicted from itself."
             )
@@ -272,37 +318,29 @@ def compare(folders: Sequence[Path], tell: Callable[[str], None] = lambda text: 
         results.append(carry_out_study(study, None, folder, resume=True))
         runs.append(folder)
     tests = [name for name, record in results[0].records.items() if record.law in UNILATERAL]
-    source = min(tests, key=lambda name: (UNILATERAL.index(results[0].records[name].law), tests.index(name)))
+    measured_in = min(tests, key=lambda name: (UNILATERAL.index(results[0].records[name].law), tests.index(name)))
     anchorages = []
     for result, folder in zip(results, runs, strict=True):
-        record = result.records[source]
+        record = result.records[measured_in]
         rigidity = axial_rigidity_of(record.law, result.study, result.sample)
-        with open_run(folder.run_file(source)) as run:
+        with open_run(folder.run_file(measured_in)) as run:
             anchorages.append(measured_anchorage(run, record, result.sample, rigidity))
-    used = [mean_anchorage(others) for others in _without_each(anchorages)]
-    gains: dict[str, list[float]] = {}
-    predictions: dict[str, list[Prediction]] = {}
-    for name in tests:
-        tell(f"{name}: predicting")
-        gains[name] = [friction_gain(result, name) for result in results]
-        predictions[name] = [
-            predict(result, name, held, float(np.mean(others)))
-            for result, held, others in zip(results, used, _without_each(gains[name]), strict=True)
-        ]
-    return Comparison(
+    if source is not None:
+        _check_source(source, results[0].study, tests, folders[0])
+    found = Comparison(
         studies=[result.study for result in results],
-        measured_in=source,
+        measured_in=measured_in,
         anchorages=anchorages,
-        gains=gains,
-        predictions=predictions,
+        gains={name: [friction_gain(result, name) for result in results] for name in tests},
+        predictions={},
         diameters=[result.sample.diameter for result in results],
         wires=[LaidWire.of(result.sample) for result in results],
+        source=source,
     )
-
-
-def _without_each(values: list[Any]) -> list[list[Any]]:
-    """For each value the others, or itself if it is the only one: what is measured elsewhere."""
-    return [values[:k] + values[k + 1 :] or values for k in range(len(values))]
+    for name in tests:
+        tell(f"{name}: predicting")
+        found.predictions[name] = [predict(result, name, *found.for_sample(k, name)) for k, result in enumerate(results)]
+    return found
 
 
 def check_runs(folder: StudyFolder, study: Any) -> None:
@@ -327,12 +365,27 @@ def check_runs(folder: StudyFolder, study: Any) -> None:
                 )
 
 
-def _check_same(study: Any, first: Any, path: Path) -> None:
-    """Raise ValueError if a study differs from the first in more than its seed and its threads."""
+def _sample_of(study: Any) -> dict[str, Any]:
+    """The fields of a study that make its sample and tests."""
+    return {name: value for name, value in asdict(study).items() if name != "threads"}
+
+
+def _check_same(study: Any, first: Any, path: Path, free: tuple[str, ...], advice: str) -> None:
+    """Raise ValueError if a study differs from the first in more than the ``free`` fields."""
     mine, theirs = asdict(study), asdict(first)
-    other = [name for name in mine if name not in ("seed", "threads") and mine[name] != theirs.get(name)]
+    other = [name for name in mine if name not in free and mine[name] != theirs.get(name)]
     if type(study) is not type(first) or other:
+        what = ", ".join(other) or "its dimension"
+        raise ValueError(f"The study in '{path}' differs from the first in {what}: {advice}.")
+
+
+def _check_source(source: Comparison, study: Any, tests: list[str], path: Path) -> None:
+    """Raise ValueError if what was measured in the source says nothing of these tests."""
+    advice = "measure in studies that differ from it in seed, size and content only"
+    first = source.studies[0]
+    _check_same(study, first, path, OF_ANOTHER_SIZE, advice)
+    if lacking := [name for name in tests if name not in source.gains]:
         raise ValueError(
-            f"The study in '{path}' differs from the first in {', '.join(other) or 'its dimension'}: compare studies that "
-            "differ in their seed only."
+            f"The study in '{path}' has the test {lacking[0]}, and the studies to measure in have "
+            f"{', '.join(source.gains)}: {advice}."
         )

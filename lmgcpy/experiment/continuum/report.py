@@ -97,24 +97,32 @@ def setting(found: Comparison) -> str:
     """Words on the studies compared and on the quantities measured."""
     seeds = ", ".join(str(study.seed) for study in found.studies)
     d = len(found.wires[0].direction.T)
-    size = np.mean(found.diameters)
-    spans = np.array([one.span for one in found.anchorages]) / found.diameters
-    first, last = (np.array([one.strength[k] for one in found.anchorages]) / size ** (d - 1) for k in (0, -1))
-    slip = np.mean([one.slip[-1] for one in found.anchorages])
-    several, power = len(found.studies) > 1, "d" if d == 2 else "d^2"
-    own = "each prediction uses the mean of the other seeds" if several else "so that this test is no prediction for it"
-    gains = ", ".join(f"{_mean(np.array(many), '.3f')} in {name}" for name, many in found.gains.items())
+    size, width = np.mean(found.diameters), np.mean([wire.width for wire in found.wires])
+    at, several, power = found.source or found, len(found.studies) > 1, "d" if d == 2 else "d^2"
+    spans = np.array([one.span for one in at.anchorages]) / at.diameters
+    first, last = (np.array([one.strength[k] for one in at.anchorages]) / size ** (d - 1) for k in (0, -1))
+    slip = np.mean([one.slip[-1] for one in at.anchorages])
+    test, others = f"the test {at.measured_in}", ""
+    if found.source is not None:
+        wide = np.mean([one.width for one in at.anchorages])
+        test += f" of {len(at.studies)} samples that are {wide / np.mean(at.diameters):.1f} grains wide"
+        use = f"here, by the square of the width, {(width / wide) ** 2:.2f} times as much"
+    elif several:
+        use, others = "each prediction uses the mean of the other seeds", " of the other seeds"
+    else:
+        use = "so that this test is no prediction for it"
+    gains = ", ".join(f"{_mean(np.array(at.gains[name]), '.3f')} in {name}" for name in found.gains)
     fabric = np.mean([Directions(wire.direction, wire.length).fabric.diagonal() for wire in found.wires], axis=0)
     return (
         f"Seed{'s' if several else ''} {seeds}. The sand is fitted to the test without a wire along the same axis, nothing "
-        f"else is fitted. Grains of {1e3 * size:.3g} mm; content of wire (length x {power} / volume) "
-        f"{np.mean([wire.content for wire in found.wires]) * size ** (d - 1):.3g}; mean squares of the direction of its "
+        f"else is fitted. Grains of {1e3 * size:.3g} mm, {width / size:.1f} across the sample; content of wire "
+        f"(length x {power} / volume) {found.content:.3g}; mean squares of the direction of its "
         f"links along {', '.join(AXES[:d])}: {', '.join(f'{value:.3f}' for value in fabric)}.\n\n"
         f"The anchored wire: spans of {_mean(spans, '.1f', ' d')} that share a tension of at most "
         f"{_mean(first, '.2f', f' p {power}')} at first and {_mean(last, '.2f', f' p {power}')} after a mean slip of "
-        f"{100 * slip:.1f} %, p the pressure of the sand, measured in the test {found.measured_in}; {own}.\n\n"
-        f"The stronger sand: beside the wire its q/p changes by a factor of {gains}, measured in that test"
-        f"{' of the other seeds' if several else ''}; all that it gains goes into dilation."
+        f"{100 * slip:.1f} %, p the pressure of the sand, measured in {test}; {use}.\n\n"
+        f"The stronger sand: beside the wire its q/p changes by a factor of {gains}, measured in that test{others}; "
+        "all that it gains goes into dilation."
     )
 
 

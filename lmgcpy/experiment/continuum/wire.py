@@ -10,7 +10,15 @@ and the slack of the link. The runs show that two things must be added, in the a
   measured strain stretches, over the pressure of the sand; it is known at the mean slip of the spans, the part of their
   stretch that this tension leaves.
 
-Both are measured in a run.
+Both are measured in a run. In a sample of another width the same slip, relative to length, is another way along the sand.
+If sand of the pressure p holds a wire by a force ``k p u`` a length, in proportion to the way u, and extends by e beside a
+wire that does not, ``u = e s`` at the distance s from the middle of a wire that is free at ``s = a``, and from
+``dT/ds = -k p u``::
+
+    T = k p e (a^2 - s^2)/2,    of the mean k p e a^2/3.
+
+So the tension at a given slip grows with the square of the width; once the force no longer grew with the way, it would grow
+with the width itself. Runs of samples 11 to 25 grains wide say the square (docs/continuum.md).
 """
 
 from __future__ import annotations
@@ -35,14 +43,21 @@ LAGS = 400
 
 @dataclass(frozen=True)
 class Anchorage:
-    """How the sand holds a wire."""
+    """How the sand holds a wire in a sample."""
 
+    width: float
+    """Length of the sample along the wire [m]."""
     span: float
     """Length of wire that shares a tension [m]."""
     slip: np.ndarray
     """Mean slips of the spans, growing (n,)."""
     strength: np.ndarray
     """Greatest tension over the pressure of the sand at these slips [m^2], in 2D [m], (n,)."""
+
+    def at(self, width: float) -> Anchorage:
+        """The anchorage in a sample of another width [m]: at the same slips, the tension goes with the square of it."""
+        ratio = width / self.width
+        return Anchorage(width, ratio * self.span, self.slip, ratio**2 * self.strength)
 
 
 @dataclass(frozen=True)
@@ -57,8 +72,8 @@ class LaidWire:
     """Slack: shortening of each link relative to its length at which it pulls, (l,)."""
     chain: np.ndarray
     """Number of the wire, (l,)."""
-    volume: float
-    """Volume of the sample [m^3], in 2D its area [m^2]."""
+    box: np.ndarray
+    """Lengths of the sample [m], (d,)."""
 
     @classmethod
     def of(cls, sample: Sample) -> LaidWire:
@@ -68,12 +83,17 @@ class LaidWire:
         parts = [_links(sample, *of) for of in zip(sample.chains, sample.link_lengths, strict=True)]
         direction, length, slack = (np.concatenate(part) for part in zip(*parts, strict=True))
         chain = np.repeat(np.arange(len(parts)), [len(part[1]) for part in parts])
-        return cls(direction, length, slack, chain, float(np.prod(sample.box)))
+        return cls(direction, length, slack, chain, np.asarray(sample.box))
 
     @property
     def content(self) -> float:
         """Length of wire per volume [1/m^2], in 2D [1/m]."""
-        return float(self.length.sum()) / self.volume
+        return float(self.length.sum() / np.prod(self.box))
+
+    @property
+    def width(self) -> float:
+        """Length of the sample along the wire [m]: the mean of the lengths of the box by the squares of its directions."""
+        return float(np.average(self.direction**2 @ self.box, weights=self.length))
 
     def local(self, axial_rigidity: float) -> WireNetwork:
         """The network of the local model; ``axial_rigidity`` EA [N]."""
@@ -81,6 +101,7 @@ class LaidWire:
 
     def anchored(self, axial_rigidity: float, held: Anchorage) -> WireNetwork:
         """The network of spans that share a tension and slip."""
+        held = held.at(self.width)
         spans = spans_of(self.direction, self.length, held.span, self.chain)
         grows = GrowingAnchorage(held.slip, held.strength)
         return WireNetwork(self.content, axial_rigidity, spans, anchorage=grows)
@@ -122,7 +143,7 @@ def measured_anchorage(run: Run, record: CompressionRecord, sample: Sample, axia
             slip = np.maximum(slip, stretch - tension / axial_rigidity)
             strengths.append(tension / (-np.trace(record.stress["sand"][step]) / sample.dimension))
             slips.append(float(shared.weights @ slip))
-    return Anchorage(span, *_by_slip(np.array(slips), np.array(strengths)))
+    return Anchorage(laid.width, span, *_by_slip(np.array(slips), np.array(strengths)))
 
 
 def _by_slip(slips: np.ndarray, strengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -132,7 +153,10 @@ def _by_slip(slips: np.ndarray, strengths: np.ndarray) -> tuple[np.ndarray, np.n
 
 
 def mean_anchorage(found: Sequence[Anchorage]) -> Anchorage:
-    """The mean of several: of their strengths at all slips that were measured, as the closest curve that does not fall."""
-    slip = np.unique(np.concatenate([one.slip for one in found]))
-    mean = np.mean([np.interp(slip, one.slip, one.strength) for one in found], axis=0)
-    return Anchorage(float(np.mean([one.span for one in found])), slip, isotonic_regression(mean).x)
+    """The mean of several, at the mean of their widths: of their strengths at all slips that were measured, as the closest
+    curve that does not fall."""
+    width = float(np.mean([one.width for one in found]))
+    there = [one.at(width) for one in found]
+    slip = np.unique(np.concatenate([one.slip for one in there]))
+    mean = np.mean([np.interp(slip, one.slip, one.strength) for one in there], axis=0)
+    return Anchorage(width, float(np.mean([one.span for one in there])), slip, isotonic_regression(mean).x)

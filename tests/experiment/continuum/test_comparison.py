@@ -3,6 +3,7 @@
 import csv
 import json
 import shutil
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -24,9 +25,9 @@ def run(*arguments):
     return CliRunner().invoke(main, [str(argument) for argument in arguments])
 
 
-def constant(span, strength):
-    """An anchorage that does not grow."""
-    return Anchorage(span, np.zeros(1), np.array([strength]))
+def constant(laid, span, strength):
+    """An anchorage of this wire that does not grow."""
+    return Anchorage(laid.width, span, np.zeros(1), np.array([strength]))
 
 
 def zigzag(links, half_angle, *, slack=0.0, grains=0):
@@ -59,7 +60,7 @@ def test_links_have_their_own_slack():
 
 def test_networks_have_what_was_laid():
     laid = LaidWire.of(zigzag(10, 0.3, grains=4))
-    local, held = laid.local(50.0), laid.anchored(50.0, constant(2e-3, 1e-3))
+    local, held = laid.local(50.0), laid.anchored(50.0, constant(laid, 2e-3, 1e-3))
     assert local.length == held.length == laid.content
     assert held.anchorage.piece(0.0)[0] == 1e-3
     # a span of two links has the mean of both directions: c^2 along x, s^2 along y, and no product
@@ -76,12 +77,37 @@ def test_a_sample_without_a_wire_gets_a_sentence():
 
 def test_the_mean_of_what_was_measured():
     """At every slip of both; beyond the last of one its last strength counts. If the mean falls, it is levelled."""
-    one = Anchorage(1.0, np.array([0.0, 0.02]), np.array([2.0, 4.0]))
-    other = Anchorage(3.0, np.array([0.01, 0.04]), np.array([6.0, 3.0]))
+    one = Anchorage(5.0, 1.0, np.array([0.0, 0.02]), np.array([2.0, 4.0]))
+    other = Anchorage(5.0, 3.0, np.array([0.01, 0.04]), np.array([6.0, 3.0]))
     mean = mean_anchorage([one, other])
-    assert mean.span == 2.0
+    assert (mean.width, mean.span) == (5.0, 2.0)
     np.testing.assert_allclose(mean.slip, [0.0, 0.01, 0.02, 0.04])
     np.testing.assert_allclose(mean.strength, [4.0, 12.5 / 3, 12.5 / 3, 12.5 / 3])  # 4, 4.5, 4.5 and 3.5
+
+
+def test_anchorage_goes_with_the_square_of_the_width():
+    """The mean tension of a wire that is held in proportion to its way along the sand, integrated link by link."""
+    stiffness, stretch = 3.0, 0.01  # k [-] and e
+
+    def mean_tension(width):
+        s = np.linspace(0.0, 0.5 * width, 20_001)
+        tension = np.cumsum((stiffness * stretch * s)[::-1])[::-1] * s[1]  # from the free end inward
+        return tension.mean()
+
+    one = Anchorage(0.02, 0.005, np.array([stretch]), np.array([mean_tension(0.02)]))
+    other = one.at(0.03)
+    assert other.strength[0] == pytest.approx(mean_tension(0.03), rel=1e-3)
+    assert other.strength[0] == pytest.approx(stiffness * stretch * 0.015**2 / 3.0, rel=1e-3)
+    assert (other.width, other.span) == pytest.approx((0.03, 0.0075))
+    assert mean_anchorage([one, other]).strength[0] == pytest.approx(one.at(0.025).strength[0], rel=1e-12)
+
+
+def test_the_width_is_the_length_of_the_box_along_the_wire():
+    laid = LaidWire.of(zigzag(10, 0.3, grains=4))
+    along = np.cos(0.3) ** 2
+    assert laid.width == pytest.approx(along * laid.box[0] + (1.0 - along) * laid.box[1])
+    wider = laid.anchored(50.0, Anchorage(0.5 * laid.width, 1e-3, np.zeros(1), np.array([1e-3])))
+    assert wider.anchorage.piece(0.0)[0] == pytest.approx(4e-3)
 
 
 # ------------------------------------------------------------------------------------------------------- predictions
@@ -108,7 +134,7 @@ def test_without_a_wire_the_sand_is_found_again():
 def test_a_wire_that_is_drawn_taut_confines():
     """All tension at its bound: sigma_xx of the wire is L chi p, and q grows as if the lateral pressure did by that."""
     laid = LaidWire.of(zigzag(10, 0.0, grains=4))
-    held = constant(1e-2, 0.1 / laid.content)
+    held = constant(laid, 1e-2, 0.1 / laid.content)
     found = driven(sand(), laid.anchored(1e6, held), "y", 0.1, 1e5)
     # p = (axial + lateral)/2, lateral = p_0 + 0.1 p, axial - lateral = 0.6 p: p = p_0 / (1 - 0.3 - 0.1)
     pressure = 1e5 / 0.6
@@ -118,7 +144,7 @@ def test_a_wire_that_is_drawn_taut_confines():
 
 def test_the_rigid_limit_is_reached():
     laid = LaidWire.of(zigzag(10, 0.2, grains=4))
-    held, scale = constant(4e-3, 0.1 / laid.content), 1e5 * 2e-3
+    held, scale = constant(laid, 4e-3, 0.1 / laid.content), 1e5 * 2e-3
     ends = [driven(sand(), laid.anchored(k * model.RIGID * scale, held), "y", 0.08, 1e5).deviator for k in (1.0, 10.0)]
     # where the wire is drawn taut the curves differ by the strain that takes
     assert np.abs(ends[0] - ends[1]).mean() < 0.01 * ends[1].mean()
@@ -157,6 +183,13 @@ def test_what_sand_gains_in_friction_goes_into_dilation(gain):
         gained = strong.friction(kappa) - weak.friction(kappa)
         assert gained == pytest.approx((gain - 1.0) * weak.friction(kappa), abs=1e-12)
         assert strong.dilatancy(kappa) - weak.dilatancy(kappa) == pytest.approx(gained, abs=1e-12)
+
+
+def test_sand_that_would_carry_a_deviator_without_pressure_is_none():
+    weak = sand()
+    limit = 2.0 / (weak.critical + weak.peak)
+    assert model.stronger(weak, 0.999 * limit) is not None
+    assert model.stronger(weak, 1.001 * limit) is None
 
 
 def curves(factor=1.0, last=0.1):
@@ -247,6 +280,33 @@ def test_what_is_measured_is_what_the_run_holds(study):
 
 
 @pytest.mark.long
+def test_a_size_is_predicted_from_another(study, tmp_path):
+    larger = tmp_path / "larger"
+    done = run("texsol", *TINY, "--grains", "60", "--beads", "18", "--out", larger)
+    assert done.exit_code == 0, done.output
+    done = run("continuum", study, "--measured-in", larger, "--out", tmp_path / "out")
+    assert done.exit_code == 0, done.output
+    here, there = model.compare([study]), model.compare([larger])
+    moved = model.compare([study], source=there)
+    held, gain = moved.for_sample(0, "rigid-wire")
+    np.testing.assert_array_equal(held.strength, mean_anchorage(there.anchorages).strength)
+    assert gain - 1.0 == pytest.approx(here.content / there.content * (there.gains["rigid-wire"][0] - 1.0), rel=1e-12)
+    ratio = (here.wires[0].width / there.wires[0].width) ** 2
+    assert f"here, by the square of the width, {ratio:.2f} times as much" in (tmp_path / "out" / "continuum.md").read_text()
+    # the bound of the wire in the model, in the smaller sample
+    network = here.wires[0].anchored(1.0, held)
+    assert network.anchorage.piece(1.0)[0] == pytest.approx(ratio * held.strength[-1], rel=1e-12)
+    # a source must be of the same kind, and have the test
+    other = replace(there.studies[0], friction=0.3)
+    for source, words in (
+        (SimpleNamespace(studies=[other], gains=there.gains), "differs from the first in friction"),
+        (SimpleNamespace(studies=there.studies, gains={}), "has the test elastic-wire, and the studies to measure in have"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            model.compare([study], source=source)
+
+
+@pytest.mark.long
 def test_mistakes_get_sentences(study, tmp_path):
     def told(*folders):
         done = run("continuum", *folders, "--out", tmp_path / "out")
@@ -265,3 +325,4 @@ def test_mistakes_get_sentences(study, tmp_path):
         about["study"][field] = value
         (other / "study.json").write_text(json.dumps(about))
         assert words in told(study, other)
+    assert "cannot be predicted from itself" in told(study, "--measured-in", study)
