@@ -6,6 +6,7 @@ import suites
 from drum import over_a_drum, ratio_of_tensions
 
 import lmgcpy as lm
+from lmgcpy.contact.features import ASIDE
 from lmgcpy.contact.positions import in_space
 from lmgcpy.contact.segments import segment_distances
 from lmgcpy.dynamics.rotation import turn_freely
@@ -146,7 +147,8 @@ def test_angular_momentum_is_kept_but_for_the_torsion_of_a_segment_in_space(make
     s.impulse[row] = r = np.random.default_rng(4).standard_normal(d)
     p = problem.momentum()
     if d == 2:
-        assert (x[:, 0] * p[:, 1] - x[:, 1] * p[:, 0] + p[:, 2]).sum() == pytest.approx(0.0, abs=2e-15)
+        aside = ASIDE * np.linalg.norm(r) if make in (tip_on_line, ball_at_end) else 0.0  # nodes are seen so far off
+        assert (x[:, 0] * p[:, 1] - x[:, 1] * p[:, 0] + p[:, 2]).sum() == pytest.approx(0.0, abs=2e-15 + aside)
         return
     spins = p[:, 3:].copy()
     for b in sim.model.turning:

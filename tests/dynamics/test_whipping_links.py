@@ -172,12 +172,13 @@ def test_a_pendulum_thrown_straight_loses_the_same_at_any_step(law):
 
 
 def stretching(time_step, floor):
-    """Free bodies of 1 and 2 kg that part at 1 m/s, from 0.1 m on, round an elbow of 1e-7 kg on rods of 0.5 m; a ``floor``
-    that sees the elbow, which goes through the line at 0.9 s."""
-    scene = lm.Scene(dimension=2)
-    for x, y, mass, speed in ((0.0, 0.0, 1.0, 0.0), (0.05, math.sqrt(0.2475), 1e-7, 0.5), (0.1, 0.0, 2.0, 1.0)):
-        color = "ELBOW" if y else "END"
-        scene.add(lm.disk(radius=0.01, position=(x, y), mass=mass, velocity=(speed, 0.0), color=color))
+    """Free bodies of 1 and 2 kg that part at 1 m/s, from 0.1 m on, round an elbow of 1e-7 kg on rods of 0.5 m, which it
+    does not tear; a ``floor`` that sees the elbow, which goes through the line at 0.9 s."""
+    scene, y = lm.Scene(dimension=2), math.sqrt(0.2475)
+    moving = (0.0, 0.0, 1.0, (0.0, 0.0)), (0.05, y, 1e-7, (0.5, -0.025 / y)), (0.1, 0.0, 2.0, (1.0, 0.0))
+    for x, height, mass, velocity in moving:
+        color = "ELBOW" if height else "END"
+        scene.add(lm.disk(radius=0.01, position=(x, height), mass=mass, velocity=velocity, color=color))
     scene.chain(scene.bodies, lm.RigidRod(), reference_gap=0.48)
     scene.add(lm.wall(point=(0.0, floor), normal=(0, 1), color="FLOOR"))
     scene.see("ELBOW", "FLOOR", lm.Coulomb(friction=0.3))
