@@ -195,7 +195,7 @@ print("ready", flush=True)
 if len(sys.argv) > 1:
     input()
 pointer = first.pointer(float64(float64))
-print(first(1.0), first(1), second(1.0), pointer.ctypes(1.0))
+print(first(1.0), first(1), second(1.0), pointer.compiled.ctypes(1.0))
 """
 
 
