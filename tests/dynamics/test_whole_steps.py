@@ -18,6 +18,8 @@ from lmgcpy.scene import body
 from lmgcpy.simulation.simulation import between_steps
 
 PACKAGE = os.path.dirname(lm.__file__)
+TAIL = 40
+"""The last lines or instructions of a step, all of which are interrupted: more than follow the one that makes it whole."""
 
 
 @pytest.fixture
@@ -180,14 +182,14 @@ def test_a_step_that_is_interrupted_at_any_line_is_whole_or_not_there(name, chan
     lines = count_lines(make(changed).step, opcodes)
     assert lines > 500
     whole = []
-    for line in sorted({*range(0, lines, every), *range(lines - 25, lines)}):
+    for line in sorted({*range(0, lines, every), *range(lines - TAIL, lines)}):
         assert interrupted(sim.step, line, opcodes)
         now = everything(sim)
         assert now in (before, after), f"torn at line {line}"
         if now == after:
             whole.append(line)
             sim = make(changed)
-    assert 0 < len(whole) < 25
+    assert 0 < len(whole) < TAIL
     sim.step()
     assert everything(sim) == after
 
@@ -224,7 +226,7 @@ def test_a_restore_that_is_interrupted_is_whole_or_not_there(every, no_garbage):
     sim.scene.bodies[1].hide()
     sim.step()
     before = everything(sim)
-    for line in sorted({*range(0, lines, every), *range(lines - 25, lines)}):
+    for line in sorted({*range(0, lines, every), *range(lines - TAIL, lines)}):
         if not interrupted(lambda: sim.restore(checkpoint), line):
             break  # there is nothing to go through any more
         now = everything(sim)
