@@ -25,12 +25,18 @@ MOST_STEPS = 30
 """Newton steps of an increment before it is halved."""
 MOST_HALVINGS = 20
 """Greatest number of times that an increment is halved before the path ends."""
+MOST_PARTS = 100
+"""Greatest number of parts of an increment that fail before the path ends: without a bound a material that has a solution
+for tiny parts alone, as Mohr and Coulomb's beside much wire, would take a million of them."""
 SEARCHES = 6
 """Greatest number of times that a Newton step is halved if it makes the error larger."""
 
 
 class NoSolution(ArithmeticError):
     """A path asks for stresses that the material cannot have."""
+
+    solved = 0
+    """Number of increments of the path before the one without a solution."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -125,12 +131,14 @@ def drive(material: TexSol, state: PointState, strains: Any, stresses: Any, axis
         target = np.where(free[i], held[i], imposed[i])
         before = state
         try:
-            state, residual[i], steps[i] = _advance(material, state, places, target, last, 0)
+            state, residual[i], steps[i] = _advance(material, state, places, target, last)
         except NoSolution as error:
-            raise NoSolution(
+            told = NoSolution(
                 f"Increment {i} of {count} has no solution: {error} The last strain that has one is "
                 f"{shown(np.round(state.strain, 6).tolist())}."
-            ) from error
+            )
+            told.solved = i
+            raise told from error
         last = state.strain - before.strain
         strain[i], sand[i], wire[i], kappa[i] = state.strain, state.sand, state.wire, state.kappa
     return DrivenPath(strain, sand + wire, sand, wire, kappa, residual, steps, state, axis)
@@ -166,26 +174,31 @@ def _rows(value: Any, name: str, material: TexSol) -> np.ndarray:
 
 
 def _advance(
-    material: TexSol, state: PointState, places: np.ndarray, target: np.ndarray, guess: np.ndarray, depth: int
+    material: TexSol, state: PointState, places: np.ndarray, target: np.ndarray, guess: np.ndarray
 ) -> tuple[PointState, float, int]:
     """State at the end of an increment, error of its stresses over the pressure, and Newton steps.
 
-    ``target``: strains, and stresses at ``places``; ``guess``: the increment of strain to start from.
+    ``target``: strains, and stresses at ``places``; ``guess``: the increment of strain to start from. Parts that fail are
+    halved, in the order of the path.
     """
-    total = 0
-    for start in (guess, np.zeros(len(guess))):
-        found, error, steps = _newton(material, state, places, target, start)
-        total += steps
-        if found is not None:
-            return found, error, total
-    if depth == MOST_HALVINGS:
-        raise NoSolution("the material cannot have these stresses at these strains, or has no strength left.")
-    present = state.strain.copy()
-    present[places] = state.stress[places]
-    middle = 0.5 * (present + target)
-    half, _, first = _advance(material, state, places, middle, 0.5 * guess, depth + 1)
-    end, error, second = _advance(material, half, places, target, half.strain - state.strain, depth + 1)
-    return end, error, total + first + second
+    total, tries, error, parts = 0, 0, 0.0, [(target, 0)]
+    while parts:
+        target, depth = parts.pop()
+        for start in (guess, np.zeros(len(guess))):
+            found, error, steps = _newton(material, state, places, target, start)
+            total += steps
+            if found is not None:
+                guess, state = found.strain - state.strain, found
+                break
+        else:
+            tries += 1
+            if depth == MOST_HALVINGS or tries == MOST_PARTS:
+                raise NoSolution("the material cannot have these stresses at these strains, or has no strength left.")
+            present = state.strain.copy()
+            present[places] = state.stress[places]
+            parts += [(target, depth + 1), (0.5 * (present + target), depth + 1)]
+            guess = 0.5 * guess
+    return state, error, total
 
 
 def _newton(

@@ -158,14 +158,12 @@ def driven(sand: Sand, wire: WireNetwork | None, axis: str, crushing: float, pre
     material = TexSol(sand, wire)
     test = biaxial if material.dimension == 2 else triaxial
     strain = -np.linspace(0.0, crushing, INCREMENTS + 1)[1:]
-    while True:
-        try:
-            path = test(material, strain, pressure=pressure, axis=axis)
-            break
-        except NoSolution:
-            if len(strain) < 2:
-                return no_curves(material.dimension)
-            strain = strain[: len(strain) // 2]
+    try:
+        path = test(material, strain, pressure=pressure, axis=axis)
+    except NoSolution as error:
+        if not error.solved:
+            return no_curves(material.dimension)
+        path = test(material, strain[: error.solved], pressure=pressure, axis=axis)
     d = material.dimension
     return Curves(-path.axial_strain, path.deviator, path.volume_change, path.wire[:, :d])
 
