@@ -17,8 +17,8 @@ wire that does not, ``u = e s`` at the distance s from the middle of a wire that
 
     T = k p e (a^2 - s^2)/2,    of the mean k p e a^2/3.
 
-So the tension at a given slip grows with the square of the width; once the force no longer grew with the way, it would grow
-with the width itself. Runs of samples 11 to 25 grains wide say the square (docs/continuum.md).
+So the tension at a given slip grows with the square of the width; once the force no longer grows with the way, it grows
+with the width itself. Runs say the square from 11 to 18 grains, and the width from there to 25 (docs/continuum.md).
 """
 
 from __future__ import annotations
@@ -55,7 +55,8 @@ class Anchorage:
     """Greatest tension over the pressure of the sand at these slips [m^2], in 2D [m], (n,)."""
 
     def at(self, width: float) -> Anchorage:
-        """The anchorage in a sample of another width [m]: at the same slips, the tension goes with the square of it."""
+        """The anchorage in a sample of another width [m]: at the same slips, the tension goes with the square of it. (Too
+        much for samples wider than 18 grains, by a third at 25.)"""
         ratio = width / self.width
         return Anchorage(width, ratio * self.span, self.slip, ratio**2 * self.strength)
 
