@@ -57,12 +57,12 @@ class _Meanwhile:
         """``work()``, as plain Python if it lacks a kernel. It is called again if it raised :class:`NotCompiled`, and must
         then find everything as before. ``copied``: whether a copy of the process is to compile what it lacks; otherwise
         nothing is compiled."""
-        if threading.active_count() > 1:  # all threads share the mode of the kernels, and a fork has one of them
+        waits = self._copy and not self._has_ended()
+        # all threads share the mode of the kernels, and a fork has one of them
+        if not (waits or self._left) or threading.active_count() > 1:
             return work()
-        if self._copy and not self._has_ended():
+        if waits:
             return self._plainly(work)
-        if not self._left:
-            return work()
         mode.loads_only = True
         try:
             return work()
