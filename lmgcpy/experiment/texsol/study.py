@@ -50,9 +50,8 @@ BEADS = {
     "dtex": THREAD,
     "wire_friction": None,
     "force_error": None,
-    "slenderness": 1.0,
 }
-"""Fields of studies in 3D from before there were threads and slender samples."""
+"""Fields of studies in 3D before there were threads."""
 PER_PARTICLE_AND_STEP = {2: 2.7 * 1000 * 15e-9, 3: 3.8 * 500 * 20e-9}
 """Seconds of one processor: interactions a particle, sweeps a step, and seconds an interaction and sweep, as measured on
 the default studies (docs/texsol.md, docs/texsol_3d.md, docs/benchmarks.md). Jammed rods take several times as much."""
@@ -348,7 +347,7 @@ class Study3D(TexSolStudy):
     TEST: ClassVar[type[Compression]] = Triaxial
     FRAMES: ClassVar[int] = 20
     TIGHTER: ClassVar[float] = 3.0
-    FORMER: ClassVar[Mapping[str, Any]] = {**TexSolStudy.FORMER, "theta_max": 0.1, **BEADS}
+    FORMER: ClassVar[Mapping[str, Any]] = {**TexSolStudy.FORMER, "theta_max": 0.1, **BEADS, "slenderness": 1.0}
 
     laws: tuple[str, ...] = ("none", "rigid-wire")
     grain_count: int = 6500
