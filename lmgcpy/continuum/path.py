@@ -1,7 +1,8 @@
 """Paths of a material point: each component has either its strain or its stress imposed.
 
 Every increment is a few Newton steps on the strains that are not imposed, with the tangent of the material point. They
-start from the last increment. If they fail, they start from zero strain; if that fails too, the increment is halved.
+start from the last increment. If they fail, they start from zero strain; if that fails too, the increment is halved, until
+parts are too small or too many failed.
 """
 
 from __future__ import annotations

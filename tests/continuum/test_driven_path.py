@@ -20,6 +20,7 @@ from lmgcpy.continuum import (
     triaxial,
     turn,
 )
+from lmgcpy.continuum import path as paths
 
 NAN = np.nan
 
@@ -233,6 +234,26 @@ def test_stresses_beyond_the_strength_have_no_solution():
     solved = caught.value.solved
     assert 0 < solved < 50
     drive(material, material.start(P), np.full((solved, 6), NAN), stresses[:solved])
+
+
+@pytest.mark.parametrize(("part", "ends"), [(2.0**-6, False), (2.0**-8, True)])
+def test_a_path_that_has_solutions_for_tiny_parts_alone_ends(monkeypatch, part, ends):
+    """Newton's steps fail for parts of more than 1/64 of an increment, so that 63 fail, or of 1/256: 255 would."""
+    steps, tried = paths._newton, []
+
+    def of_small_parts(material, state, places, target, guess):
+        tried.append(target)
+        far = abs(target[2] - state.strain[2]) > 1.001 * part * 1e-2
+        return (None, np.inf, 0) if far else steps(material, state, places, target, guess)
+
+    monkeypatch.setattr(paths, "_newton", of_small_parts)
+    if ends:
+        with pytest.raises(NoSolution):
+            triaxial(texsol(), [-1e-2], pressure=P)
+        assert len(tried) < 3 * paths.MOST_PARTS  # two starts of each part that fails, and the parts that do not
+    else:
+        assert triaxial(texsol(), [-1e-2], pressure=P).axial_strain[-1] == pytest.approx(-1e-2)
+        assert len(tried) == 2 * 63 + 64
 
 
 @pytest.mark.long
