@@ -11,41 +11,33 @@ from __future__ import annotations
 
 from strength import results_of
 from table import report
-from thread_by_size import CRUSHINGS, compare, each
+from thread_by_size import CRUSHINGS, compare, each, ratios, study_of
 
 from lmgcpy.experiment import Campaign, CampaignResults
 
-SHAPES = {(4400, 0.674): (18.6, 12.8), (7850, 0.504): (24.8, 12.6), (2970, 1.5): (12.5, 18.9)}
-"""Width and height [mean diameters] by the number of grains and the slenderness."""
+SHAPES = {4400: 0.674, 7850: 0.504, 2970: 1.5}
+"""Slenderness by the number of grains."""
 TESTS = ("none-z", "rigid-wire-z")
 
 
 def campaign(seeds: int) -> Campaign:
     """A case for each sample, seed by seed."""
-    cases = [
-        {"grains": grains, "slenderness": slenderness, "seed": seed}
-        for seed in range(seeds)
-        for grains, slenderness in SHAPES
-    ]
-    return Campaign(compare, fixed={"tests": TESTS}, cases=cases)
+    shapes = [{"grains": grains, "slenderness": slenderness} for grains, slenderness in SHAPES.items()]
+    return Campaign(compare, fixed={"tests": TESTS}, cases=[{**shape, "seed": k} for k in range(seeds) for shape in shapes])
 
 
 def tables(results: CampaignResults) -> None:
-    """Print the table of docs/texsol_3d.md."""
+    """Print the table of docs/texsol_3d.md; widths and heights are those of the first sample as it is laid."""
     rows = []
-    for (grains, _), (width, height) in SHAPES.items():
+    for grains, slenderness in SHAPES.items():
         numbers = [case.numbers for case in results.finished if case.parameters["grains"] == grains]
-        if not numbers:
-            continue
-        sand, rigid = ([one[f"{test}: late deviator [Pa]"] / 1e3 for one in numbers] for test in TESTS)
-        wire = [[one[f"rigid-wire-z: the wire's part, {axis} [Pa]"] / 1e3 for axis in "xy"] for one in numbers]
-        ratios = [
-            [one[f"rigid-wire-z: deviator at {at:.0%} [Pa]"] / one[f"none-z: deviator at {at:.0%} [Pa]"] for one in numbers]
-            for at in CRUSHINGS
-        ]
-        gain = [b - a for a, b in zip(sand, rigid, strict=True)]
-        row = [grains, width, height, each(sand, ".0f"), each(gain, ".0f"), each([sum(pair) / 2 for pair in wire], ".1f")]
-        rows.append([*row, *(each(ratio, ".2f") for ratio in ratios)])
+        if numbers:
+            laid = study_of(grains, slenderness=slenderness).lay_sample()
+            sizes = [f"{length / laid.diameter:.1f}" for length in laid.box[[0, 2]]]
+            sand, rigid = ([one[f"{test}: late deviator [Pa]"] / 1e3 for one in numbers] for test in TESTS)
+            gain = [b - a for a, b in zip(sand, rigid, strict=True)]
+            wire = [sum(one[f"rigid-wire-z: the wire's part, {axis} [Pa]"] for axis in "xy") / 2e3 for one in numbers]
+            rows.append([grains, *sizes, each(sand, ".0f"), each(gain, ".0f"), each(wire, ".1f"), *ratios(numbers)])
     header = ["grains", "width [d]", "height [d]", "sand late [kPa]", "gain [kPa]", "wire, mean of xx and yy [kPa]"]
     report("thread_by_shape", [*header, *(f"ratio at {at:.0%}" for at in CRUSHINGS)], rows)
 

@@ -28,12 +28,17 @@ TESTS = {"none-z": 0.15, "rigid-wire-z": 0.15, "none-x": 0.08, "rigid-wire-x": 0
 CRUSHINGS = (0.01, 0.02, 0.05, 0.10, 0.15)
 
 
+def study_of(grains: int, seed: int = 0, slenderness: float = 1.0) -> Study3D:
+    """The study of a sample with the usual content."""
+    content: dict[str, Any] = {"grain_count": grains, "bead_count": grains * 35 // 65, "slenderness": slenderness}
+    return Study3D(wire="thread", seed=seed, force_error=FORCE_ERROR, **content)
+
+
 def compare(
     site: Any, grains: int = 6500, seed: int = 0, slenderness: float = 1.0, tests: tuple[str, ...] = tuple(TESTS)
 ) -> dict[str, float]:
     """Numbers of the tests of one sample, which begin with the law and the axis."""
-    content = {"grain_count": grains, "bead_count": grains * 35 // 65, "slenderness": slenderness}
-    study = Study3D(wire="thread", seed=seed, force_error=FORCE_ERROR, **content)
+    study = study_of(grains, seed, slenderness)
     compacted = study.prepare(study.lay(site), site)
     records: dict[str, Any] = {}
     for name in tests:
@@ -64,6 +69,16 @@ def each(values: list[float], form: str) -> str:
     return f"{np.mean(values):{form}} ({', '.join(f'{value:{form}}' for value in values)})"
 
 
+def ratios(numbers: list[dict[str, float]]) -> list[str]:
+    """Deviators with the rigid thread over those of the sand, across the layers, at the crushings."""
+    told = []
+    for at in CRUSHINGS:
+        tests = "rigid-wire-z", "none-z"
+        rigid, sand = ([one[f"{test}: deviator at {at:.0%} [Pa]"] for one in numbers] for test in tests)
+        told.append(each([a / b for a, b in zip(rigid, sand, strict=True)], ".2f"))
+    return told
+
+
 def tables(results: CampaignResults) -> None:
     """Print the tables of docs/texsol_3d.md."""
     rows, growth = [], []
@@ -80,11 +95,7 @@ def tables(results: CampaignResults) -> None:
             row += [told(f"the wire's part, {axis} [Pa]") for axis in "xyz"]
             row += [told("sweeps", 1.0), f"{sum(one[f'{name}: unsolved steps'] for one in numbers):.0f}"]
             rows.append(row)
-        ratios = [
-            [one[f"rigid-wire-z: deviator at {at:.0%} [Pa]"] / one[f"none-z: deviator at {at:.0%} [Pa]"] for one in numbers]
-            for at in CRUSHINGS
-        ]
-        growth.append([grains, *(each(ratio, ".2f") for ratio in ratios)])
+        growth.append([grains, *ratios(numbers)])
     header = ["grains", "test", "late deviator [kPa]", "gain [kPa]", "late angle [deg]", "volume [%]"]
     report("thread_by_size", [*header, "wire xx [kPa]", "yy", "zz", "sweeps a step", "unsolved"], rows)
     report("thread_by_size_ratio", ["grains", *(f"{at:.0%}" for at in CRUSHINGS)], growth)
