@@ -106,7 +106,7 @@ def setting(found: Comparison) -> str:
     if found.source is not None:
         wide = np.mean([one.width for one in at.anchorages])
         test += f" of {len(at.studies)} samples that are {wide / np.mean(at.diameters):.1f} grains wide"
-        use = f"here, by the square of the width, {(width / wide) ** 2:.2f} times as much"
+        use = f"here, by the square of the width, {(width / wide) ** 2:.2f} times as much (too much beyond 18 grains)"
     elif several:
         use, others = "each prediction uses the mean of the other seeds", " of the other seeds"
     else:
